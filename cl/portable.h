@@ -1,0 +1,130 @@
+// One dialect for three compilers: OpenCL C 1.2, CUDA C++ (nvcc, NVRTC), and host C++ in double precision (tests).
+// Everything else in cl/ uses only what is defined here: `real`, `real3`, make_real3, dot, cross, length, normalize,
+// IR_FN, IR_GLOBAL, ... No vector literals, no swizzles, no built-in that one of the three lacks.
+#ifndef IR_PORTABLE_H
+#define IR_PORTABLE_H
+
+#if defined(__OPENCL_VERSION__)  // ------------------------------------------------------------------ OpenCL C
+#define IR_FN static
+#define IR_KERNEL __kernel
+#define IR_GLOBAL __global
+#define IR_LOCAL __local
+#define IR_CONSTANT __constant
+#define IR_LOCAL_ID ((uint)get_local_id(0))
+#define IR_LOCAL_SIZE ((uint)get_local_size(0))
+#define IR_GROUP_ID ((uint)get_group_id(0))
+#define IR_GLOBAL_ID ((uint)get_global_id(0))
+#define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
+#define IR_AS_UINT(x) as_uint(x)
+#define IR_AS_FLOAT(x) as_float(x)
+#define IR_ATOMIC_ADD(p, v) atomic_add(p, v)
+#define IR_ATOMIC_MIN(p, v) atomic_min(p, v)
+#define IR_ATOMIC_MAX(p, v) atomic_max(p, v)
+#define IR_ATOMIC_CAS(p, expected, v) atomic_cmpxchg(p, expected, v)
+typedef float real;
+typedef float3 real3;
+#define make_real3(x, y, z) ((float3)((x), (y), (z)))
+#define R(x) x##f  // a literal of type real
+#define real_sincos(x, s, c)  \
+    do {                      \
+        *(s) = native_sin(x); \
+        *(c) = native_cos(x); \
+    } while (0)
+
+#elif defined(__CUDACC__)  // -------------------------------------------------------------------------- CUDA C++
+typedef unsigned int uint;
+typedef unsigned long long ulong;
+#define IR_FN static __device__
+#define IR_KERNEL extern "C" __global__
+#define IR_GLOBAL
+#define IR_LOCAL
+#define IR_CONSTANT static __device__ const
+#define IR_LOCAL_ID (threadIdx.x)
+#define IR_LOCAL_SIZE (blockDim.x)
+#define IR_GROUP_ID (blockIdx.x)
+#define IR_GLOBAL_ID (blockIdx.x * blockDim.x + threadIdx.x)
+#define IR_BARRIER() __syncthreads()
+#define IR_AS_UINT(x) __float_as_uint(x)
+#define IR_AS_FLOAT(x) __uint_as_float(x)
+#define IR_ATOMIC_ADD(p, v) atomicAdd((uint*)(p), v)
+#define IR_ATOMIC_MIN(p, v) atomicMin((uint*)(p), v)
+#define IR_ATOMIC_MAX(p, v) atomicMax((uint*)(p), v)
+#define IR_ATOMIC_CAS(p, expected, v) atomicCAS((uint*)(p), expected, v)
+typedef float real;
+typedef float3 real3;
+#define make_real3(x, y, z) make_float3((x), (y), (z))
+#define R(x) x##f
+#define real_sincos(x, s, c) sincosf(x, s, c)
+
+#else  // ------------------------------------------------------------------- host C++, double precision (tests)
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#define IR_FN inline
+#define IR_GLOBAL
+#define IR_LOCAL
+#define IR_CONSTANT static const
+// The including file opens `namespace X {` around its includes of cl/ headers after including this one.
+namespace irradia::host {
+using uint = std::uint32_t;
+using real = double;
+struct real3 {
+    double x, y, z;
+};
+inline real3 make_real3(double x, double y, double z) { return {x, y, z}; }
+using std::abs;
+using std::acos;
+using std::asin;
+using std::atan2;
+using std::cos;
+using std::floor;
+using std::isfinite;
+using std::max;
+using std::min;
+using std::pow;
+using std::sin;
+using std::sqrt;
+using std::tan;
+inline real fabs(real x) { return std::fabs(x); }
+inline real rsqrt(real x) { return 1.0 / std::sqrt(x); }
+inline void real_sincos(real x, real* s, real* c) {
+    *s = std::sin(x);
+    *c = std::cos(x);
+}
+}  // namespace irradia::host
+#define R(x) x
+#endif
+
+#if defined(__CUDACC__)
+#define IR_VEC_FN static __device__ inline
+#elif !defined(__OPENCL_VERSION__)
+#define IR_VEC_FN inline
+namespace irradia::host {
+#endif
+#if !defined(__OPENCL_VERSION__)
+IR_VEC_FN real3 operator+(real3 a, real3 b) { return make_real3(a.x + b.x, a.y + b.y, a.z + b.z); }
+IR_VEC_FN real3 operator-(real3 a, real3 b) { return make_real3(a.x - b.x, a.y - b.y, a.z - b.z); }
+IR_VEC_FN real3 operator-(real3 a) { return make_real3(-a.x, -a.y, -a.z); }
+IR_VEC_FN real3 operator*(real3 a, real3 b) { return make_real3(a.x * b.x, a.y * b.y, a.z * b.z); }
+IR_VEC_FN real3 operator*(real3 a, real s) { return make_real3(a.x * s, a.y * s, a.z * s); }
+IR_VEC_FN real3 operator*(real s, real3 a) { return make_real3(a.x * s, a.y * s, a.z * s); }
+IR_VEC_FN real3& operator+=(real3& a, real3 b) { return a = a + b; }
+IR_VEC_FN real3& operator-=(real3& a, real3 b) { return a = a - b; }
+IR_VEC_FN real3& operator*=(real3& a, real3 b) { return a = a * b; }
+IR_VEC_FN real3& operator*=(real3& a, real s) { return a = a * s; }
+IR_VEC_FN real dot(real3 a, real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+IR_VEC_FN real3 cross(real3 a, real3 b) {
+    return make_real3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+IR_VEC_FN real length(real3 a) { return sqrt(dot(a, a)); }
+IR_VEC_FN real3 normalize(real3 a) { return a * rsqrt(dot(a, a)); }
+IR_VEC_FN real clamp(real x, real lo, real hi) { return min(max(x, lo), hi); }
+#endif
+#if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
+}  // namespace irradia::host
+#endif
+
+#define IR_PI R(3.14159265358979323846)
+#define IR_INV_PI R(0.31830988618379067154)
+#define IR_INFINITY R(1e30)  // a miss, an unbounded distance: finite, so that arithmetic on it stays defined
+#endif

@@ -1,0 +1,107 @@
+// OpenCL behind a small face: platforms, one queue, programs from embedded sources, buffers, kernels with timings.
+// Knows nothing of light.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace irradia {
+
+/// One line of --list-devices.
+struct DeviceDescription {
+    int index = 0;                    ///< what --device takes
+    std::string name, platform, driver;
+    bool is_cpu = false;
+    unsigned compute_units = 0;
+    std::uint64_t global_memory = 0, local_memory = 0;  ///< bytes
+};
+
+std::vector<DeviceDescription> list_devices();
+
+/// What a run asks of the device.
+struct DeviceOptions {
+    std::string select;         ///< index or a part of the name or platform, case-insensitive; "" = the default (a GPU if there is one, else the CPU)
+    int threads = 0;            ///< CPU devices: worker threads; 0 = all
+    std::string traversal;      ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
+};
+
+class Device;
+
+/// Device memory. Movable; freed on destruction. A zero-byte request is rounded up (OpenCL has no empty buffers).
+class Buffer {
+public:
+    Buffer();
+    Buffer(Buffer&&) noexcept;
+    Buffer& operator=(Buffer&&) noexcept;
+    ~Buffer();
+    [[nodiscard]] std::size_t bytes() const noexcept;
+    [[nodiscard]] void* handle() const noexcept;  ///< cl_mem
+
+private:
+    friend class Device;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Time spent in one kernel or transfer kind, from device events.
+struct StageTime {
+    double seconds = 0;
+    std::uint64_t launches = 0;
+};
+
+/// A kernel with its arguments being set. Obtain by Device::kernel(); cheap to copy.
+class Kernel {
+public:
+    Kernel& arg(const Buffer& buffer);                              ///< next argument
+    template <class T>
+    Kernel& arg(const T& value) { return arg_bytes(&value, sizeof(T)); }  ///< next argument, by value (4-byte scalars, PODs)
+    Kernel& local(std::size_t bytes);                               ///< next argument, __local memory
+    /// Runs `groups` work-groups of `group_size` items (1D); asynchronous, in order. Resets the argument counter.
+    void run(std::size_t groups, std::size_t group_size);
+    Kernel& arg_bytes(const void* data, std::size_t bytes);
+
+private:
+    friend class Device;
+    struct Impl;
+    std::shared_ptr<Impl> impl_;
+};
+
+/// One OpenCL device, one in-order queue. Every OpenCL failure is an Error that says what was being done
+/// (out of memory names the bytes asked for; a build failure carries the compiler's log).
+class Device {
+public:
+    explicit Device(const DeviceOptions& options);
+    ~Device();
+    Device(const Device&) = delete;
+    Device& operator=(const Device&) = delete;
+
+    [[nodiscard]] const DeviceDescription& description() const noexcept;
+    [[nodiscard]] bool cpu_traversal() const noexcept;        ///< true: -D IR_CPU is given to every program
+    [[nodiscard]] std::size_t tile() const noexcept;          ///< rays of one packet: IR_TILE of trace.h
+    [[nodiscard]] std::size_t group_size() const noexcept;    ///< items of a hemisphere's work-group: 64 on CPUs, 128 on GPUs
+
+    /// Kernel `name` of cl/`file` (embedded), compiled with `defines` ("IR_M" -> "16"); programs are cached by (file, defines).
+    Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines);
+
+    Buffer allocate(std::size_t bytes);                                    ///< uninitialised
+    Buffer upload(const void* data, std::size_t bytes);                    ///< allocate + write
+    template <class T>
+    Buffer upload(const std::vector<T>& v) { return upload(v.data(), v.size() * sizeof(T)); }
+    void write(Buffer& to, const void* data, std::size_t bytes, std::size_t offset = 0);
+    void read(const Buffer& from, void* data, std::size_t bytes, std::size_t offset = 0);  ///< blocks until done
+    void copy(const Buffer& from, Buffer& to, std::size_t bytes);
+    void fill(Buffer& buffer, std::uint32_t word, std::size_t bytes);      ///< bytes a multiple of 4
+    void finish();
+
+    [[nodiscard]] std::map<std::string, StageTime> stage_times() const;    ///< by kernel name, plus "read", "write", "copy", "fill", "build"
+    [[nodiscard]] std::uint64_t peak_memory() const noexcept;              ///< bytes of device buffers, at most
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace irradia

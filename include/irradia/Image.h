@@ -1,0 +1,31 @@
+// Pictures in memory: linear float channels, with the metadata that goes into the file.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+namespace irradia {
+
+/// A layer: `channels` interleaved floats a pixel, row-major, top row first. Radiance in W·m⁻²·sr⁻¹ (linear Rec. 709).
+struct Layer {
+    std::string name;      ///< "" for the picture itself; else "direct", "indirect", "albedo", "normal", "depth", "records"
+    int channels = 3;
+    std::vector<float> data;
+};
+
+/// A picture: layers of one size. layers[0] is the beauty picture (name "").
+struct Image {
+    int width = 0, height = 0;
+    std::vector<Layer> layers;
+    std::map<std::string, std::string> metadata;  ///< written as EXR attributes / PNG text
+};
+
+/// Writes by extension: .exr (all layers, float), .png (beauty, sRGB, times 2^exposure), .pfm (beauty, float).
+/// Written to a temporary name beside `path`, then renamed: a failed write leaves nothing behind.
+/// Throws Error: unknown extension, unwritable folder, or a non-finite value (naming pixel, layer).
+void write_image(const std::string& path, const Image& image, double exposure = 0.0);
+
+/// Reads .exr, .pfm and what OpenImageIO reads besides, as linear RGB (beauty layer). Throws Error.
+Image read_image(const std::string& path);
+
+}  // namespace irradia

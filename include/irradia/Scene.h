@@ -1,0 +1,40 @@
+// The scene as a device sees it: flat arrays, nothing to parse, nothing to build. What --pack writes.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "irradia/shared/scene_types.h"
+
+namespace irradia {
+
+/// Both flattenings of one host BVH (built by Embree). The host never knows which of them a device traverses.
+struct Accel {
+    std::vector<shared::Bvh8Node> bvh8_nodes;            ///< CPU devices; node 0 is the root
+    std::vector<shared::TriangleBlock> bvh8_triangles;   ///< CPU devices
+    std::vector<shared::Bvh2Node> bvh2_nodes;            ///< GPU devices; node 0 is the root
+    std::vector<shared::TrianglePacked> bvh2_triangles;  ///< GPU devices
+};
+
+/// Everything `render` needs. Positions are world positions minus `centre`; see shared/scene_types.h for units.
+struct Scene {
+    std::vector<shared::Vertex> vertices;
+    std::vector<shared::Triangle> triangles;
+    std::vector<shared::Analytic> analytics;
+    std::vector<shared::Material> materials;
+    std::vector<shared::Texture> textures;
+    std::vector<std::uint32_t> texels;
+    std::vector<shared::Light> lights;
+    shared::SceneInfo info{};                ///< camera, film size and filter, counts, bounds
+    Accel accel;                             ///< filled by build_accel() (src/accel) or read from a packed scene
+    std::array<double, 3> centre{};          ///< world position of the device's origin
+    std::uint32_t features = 0;              ///< IR_FEATURE_*: which kernels this scene needs
+    std::uint32_t sample_count = 64;         ///< the file's samples a pixel; --spp overrides
+    std::string source;                      ///< file it was loaded from, for messages and metadata
+};
+
+/// Sets info.{triangle,analytic,light}_count, environment_light and features from the arrays.
+void finish_scene(Scene& scene);
+
+}  // namespace irradia

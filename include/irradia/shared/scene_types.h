@@ -1,0 +1,182 @@
+// Structs of the scene as it lies in device memory. Included by host C++ (namespace irradia::shared) and by the
+// kernels, so: plain scalars only, explicit padding, no float3. tests/device echoes every sizeof from a kernel.
+#ifndef IRRADIA_SHARED_SCENE_TYPES_H
+#define IRRADIA_SHARED_SCENE_TYPES_H
+
+#if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
+#include <cstdint>
+namespace irradia::shared {
+using uint = std::uint32_t;
+#endif
+
+// A primitive index: [0, triangle count) are triangles, then come the analytic primitives.
+#define IR_NO_PRIMITIVE 0xffffffffu
+#define IR_NO_LIGHT (-1)
+#define IR_NO_TEXTURE (-1)
+
+// ---- geometry ---------------------------------------------------------------------------------------------------
+// Positions are world positions minus SceneInfo.centre (subtracted in double on the host), in world units.
+typedef struct Vertex {
+    float px, py, pz;  // position
+    float nx, ny, nz;  // unit shading normal (unused if the triangle is flat)
+    float u, v;        // texture coordinates
+} Vertex;              // 32 bytes
+
+#define IR_TRIANGLE_FLAT 0x1u    // shade with the geometric normal; vertex normals are not read
+#define IR_TRIANGLE_HAS_UV 0x2u  // vertices carry texture coordinates (otherwise u, v are the barycentrics)
+typedef struct Triangle {
+    float nx, ny, nz;     // unit geometric normal; (v1-v0) x (v2-v0), turned by flip_normals
+    uint flags;           // IR_TRIANGLE_*
+    uint v0, v1, v2;      // vertex indices
+    uint material;        // material index
+    int light;            // index of the area light this triangle belongs to, or IR_NO_LIGHT
+    uint pad0, pad1, pad2;
+} Triangle;               // 48 bytes
+
+#define IR_ANALYTIC_SPHERE 0u
+#define IR_ANALYTIC_DISK 1u
+typedef struct Analytic {
+    float px, py, pz;     // centre
+    float radius;         // sphere: radius; disk: unused
+    float nx, ny, nz;     // disk: unit normal
+    uint kind;            // IR_ANALYTIC_*
+    float ux, uy, uz;     // disk: half axis u divided by its squared length; sphere: unit x axis of its uv frame
+    uint material;
+    float vx, vy, vz;     // disk: half axis v divided by its squared length; sphere: unit z axis (pole) of its uv frame
+    int light;
+    float sign;           // sphere: +1 outward normals, -1 if flip_normals
+    float pad0, pad1, pad2;
+} Analytic;               // 80 bytes
+
+// ---- appearance -------------------------------------------------------------------------------------------------
+#define IR_MATERIAL_DIFFUSE 0u
+#define IR_MATERIAL_TWOSIDED 0x1u  // flag: both sides reflect; otherwise the back (against the normal) is black
+typedef struct Material {
+    uint kind;            // IR_MATERIAL_DIFFUSE
+    uint flags;           // IR_MATERIAL_TWOSIDED
+    int texture;          // reflectance texture (replaces r, g, b) or IR_NO_TEXTURE
+    uint pad0;
+    float r, g, b;        // reflectance, linear, [0, 1]
+    float pad1;
+} Material;               // 32 bytes
+
+#define IR_TEXTURE_RGBA8_SRGB 0u    // one uint a texel, sRGB transfer function, R in the low byte
+#define IR_TEXTURE_RGBA8_LINEAR 1u  // one uint a texel, linear
+#define IR_TEXTURE_RGB32F 2u        // three floats (as uint bits) a texel, linear
+#define IR_WRAP_REPEAT 0u
+#define IR_WRAP_MIRROR 1u
+#define IR_WRAP_CLAMP 2u
+#define IR_FILTER_BILINEAR 0u
+#define IR_FILTER_NEAREST 1u
+typedef struct Texture {
+    uint offset;          // first uint in the texel array
+    uint width, height;
+    uint format;          // IR_TEXTURE_*
+    uint wrap, filter;    // IR_WRAP_*, IR_FILTER_*
+    uint pad0, pad1;
+    float m00, m01, m02, pad2;  // uv' = M (u, v, 1)^T  (to_uv)
+    float m10, m11, m12, pad3;
+} Texture;                // 64 bytes
+
+// ---- light ------------------------------------------------------------------------------------------------------
+#define IR_LIGHT_QUAD 0u         // parallelogram p + a e1 + b e2, a, b in [0,1]
+#define IR_LIGHT_TRIANGLE 1u     // p + a e1 + b e2, a + b <= 1
+#define IR_LIGHT_SPHERE 2u       // centre p, radius
+#define IR_LIGHT_DISK 3u         // centre p, half axes e1, e2
+#define IR_LIGHT_POINT 4u        // position p, (r,g,b) intensity W·sr⁻¹
+#define IR_LIGHT_DIRECTIONAL 5u  // n = direction in which the light travels, (r,g,b) irradiance W·m⁻²
+#define IR_LIGHT_CONSTANT 6u     // environment of constant radiance (r,g,b) W·m⁻²·sr⁻¹
+typedef struct Light {
+    float px, py, pz;
+    uint kind;            // IR_LIGHT_*
+    float e1x, e1y, e1z;
+    float area;           // m²; 0 for point, directional, constant
+    float e2x, e2y, e2z;
+    float radius;
+    float nx, ny, nz;     // unit emitting-side normal (area lights emit to this side only); sphere: nx = +1 outward, -1 inward
+    float probability;    // of being chosen, proportional to power; all sum to 1
+    float r, g, b;        // radiance W·m⁻²·sr⁻¹ (or as the kind says)
+    float cdf;            // inclusive running sum of probability; the last is exactly 1
+} Light;                  // 80 bytes
+
+// ---- camera, film, the rest -------------------------------------------------------------------------------------
+// Ray through film position (x, y) in [0,1]^2, y down: direction = normalize(corner + x dx + y dy).
+typedef struct Camera {
+    float ox, oy, oz;         // origin
+    float near_clip;          // along the view axis, world units
+    float cornerx, cornery, cornerz;
+    float far_clip;
+    float dxx, dxy, dxz;
+    float pixel_size;         // edge of a pixel on the plane at unit view depth (geometric mean of both edges)
+    float dyx, dyy, dyz;
+    float pad0;
+    float forwardx, forwardy, forwardz;  // unit view axis
+    float pad1;
+} Camera;                     // 80 bytes
+
+#define IR_RFILTER_BOX 0u
+#define IR_RFILTER_TENT 1u
+#define IR_RFILTER_GAUSSIAN 2u
+typedef struct SceneInfo {
+    Camera camera;
+    uint width, height;       // pixels
+    uint rfilter;             // IR_RFILTER_*
+    float rfilter_radius;     // pixels (box .5; tent: radius; gaussian: 4 standard deviations, Mitsuba's)
+    float rfilter_stddev;     // gaussian, pixels
+    uint triangle_count, analytic_count, light_count;
+    int environment_light;    // index of the constant light or IR_NO_LIGHT
+    float diagonal;           // of the bounding box of all surfaces, world units
+    float pad0, pad1;
+    float min_x, min_y, min_z, pad2;  // bounds after centring
+    float max_x, max_y, max_z, pad3;
+} SceneInfo;                  // 160 bytes
+
+// ---- acceleration structure -------------------------------------------------------------------------------------
+// A child reference: inner node: its index. Leaf: IR_LEAF | kind | count << 24 | first, where
+//   kind triangles: first = index of a TriangleBlock (8 wide, CPU) or of a TrianglePacked (GPU), count = how many
+//   kind analytic:  first = index into Analytic, count = how many.   IR_EMPTY: no child.
+#define IR_LEAF 0x80000000u
+#define IR_LEAF_ANALYTIC 0x40000000u
+#define IR_LEAF_COUNT(ref) (((ref) >> 24) & 0x3fu)
+#define IR_LEAF_FIRST(ref) ((ref) & 0x00ffffffu)
+#define IR_EMPTY 0xffffffffu
+
+typedef struct Bvh8Node {     // CPU devices: eight children, boxes as structure of arrays; empty children are inverted boxes
+    float lo_x[8], lo_y[8], lo_z[8], hi_x[8], hi_y[8], hi_z[8];
+    uint child[8];
+    uint pad[8];
+} Bvh8Node;                   // 256 bytes
+
+typedef struct TriangleBlock {  // CPU devices: eight triangles; unused slots are degenerate and never hit
+    float v0x[8], v0y[8], v0z[8], e1x[8], e1y[8], e1z[8], e2x[8], e2y[8], e2z[8];
+    uint primitive[8];
+} TriangleBlock;              // 320 bytes
+
+typedef struct Bvh2Node {     // GPU devices: both children's boxes in one 64-byte node
+    float lo0x, lo0y, lo0z; uint child0;
+    float hi0x, hi0y, hi0z; uint child1;
+    float lo1x, lo1y, lo1z; uint pad0;
+    float hi1x, hi1y, hi1z; uint pad1;
+} Bvh2Node;                   // 64 bytes
+
+typedef struct TrianglePacked {  // GPU devices: v0, e1 = v1-v0, e2 = v2-v0
+    float v0x, v0y, v0z; uint primitive;
+    float e1x, e1y, e1z; uint pad0;
+    float e2x, e2y, e2z; uint pad1;
+} TrianglePacked;             // 48 bytes
+
+// ---- what a scene needs: kernels are specialised by these (-D IR_FEATURES=...) -----------------------------------
+#define IR_FEATURE_TEXTURES 0x1u        // any bitmap texture
+#define IR_FEATURE_ANALYTIC 0x2u        // any sphere or disk
+#define IR_FEATURE_SMOOTH_NORMALS 0x4u  // any triangle that is not flat
+#define IR_FEATURE_ENVIRONMENT 0x8u     // constant light
+#define IR_FEATURE_DELTA_LIGHTS 0x10u   // point or directional light
+
+#if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
+static_assert(sizeof(Vertex) == 32 && sizeof(Triangle) == 48 && sizeof(Analytic) == 80 && sizeof(Material) == 32 &&
+              sizeof(Texture) == 64 && sizeof(Light) == 80 && sizeof(Camera) == 80 && sizeof(SceneInfo) == 160 &&
+              sizeof(Bvh8Node) == 256 && sizeof(TriangleBlock) == 320 && sizeof(Bvh2Node) == 64 &&
+              sizeof(TrianglePacked) == 48);
+}  // namespace irradia::shared
+#endif
+#endif
