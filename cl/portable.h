@@ -33,7 +33,7 @@ typedef float3 real3;
 
 #elif defined(__CUDACC__)  // -------------------------------------------------------------------------- CUDA C++
 typedef unsigned int uint;
-typedef unsigned long long ulong;
+typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) includes: 64 bits on Linux
 #define IR_FN static __device__
 #define IR_KERNEL extern "C" __global__
 #define IR_GLOBAL

@@ -1,0 +1,115 @@
+// What a hemisphere's kernel sums over its cells, cell by cell: irradiance and both gradients, the Hessian, the
+// distances. Everything in the LOCAL frame of the record (theory 1), so the receiver's normal is z.
+//
+//   HemisphereSums sums = hemisphere_sums_zero();
+//   for each cell (j, k): cell_moments(...); cell_edges(...) or cell_edges_ward(...);
+//   add up over the work-items; scale irradiance and rx, ry by pi/(m n); gx, gy, gz, hxx, hxy, hyy are complete.
+#ifndef IR_HEMISPHERE_REDUCE_H
+#define IR_HEMISPHERE_REDUCE_H
+#include "crease.h"
+#include "flux.h"
+#include "gradient.h"
+#include "portable.h"
+#include "sampling.h"
+
+typedef struct HemisphereSample {
+    real3 direction;  // unit, local frame
+    real3 normal;     // unit geometric normal of the hit, local frame, either orientation; unused for a miss
+    real3 radiance;   // RGB, W/(m2 sr)
+    real distance;    // world units; IR_INFINITY: a miss
+} HemisphereSample;
+
+// Members of type real3 are RGB.
+typedef struct HemisphereSums {
+    real3 irradiance;       // sum L: E is pi/(m n) times it (1.2)
+    real3 rx, ry;           // rotational gradient, local x and y, before the factor pi/(m n)
+    real3 gx, gy, gz;       // translational gradient, local, complete
+    real hxx, hxy, hyy;     // Hessian of luminance, tangential block, complete
+    real inverse_distance;  // sum of inverse distances: R = m n / it (1.14)
+    real min_distance;      // (1.15), over directions with cos >= min_cosine
+} HemisphereSums;
+
+IR_FN HemisphereSums hemisphere_sums_zero(void) {
+    HemisphereSums s;
+    s.irradiance = s.rx = s.ry = s.gx = s.gy = s.gz = make_real3(R(0.0), R(0.0), R(0.0));
+    s.hxx = s.hxy = s.hyy = s.inverse_distance = R(0.0);
+    s.min_distance = IR_INFINITY;
+    return s;
+}
+
+IR_FN real luminance(real3 rgb) { return R(0.2126) * rgb.x + R(0.7152) * rgb.y + R(0.0722) * rgb.z; }
+
+// Terms of cell (., k) alone. weight_j = ring_rotation_weight(j, m); `gradient_radiance` is the radiance for the
+// rotational gradient (the sample's own, or limited against fireflies, theory 4.6); `distance` is clamped to
+// [r_min, r_max] (theory 4.4; a miss counts as r_max, so pass IR_INFINITY to leave misses out). min_cosine keeps
+// grazing rays, which are near 0 by chance, out of the minimum: .17 (theory 2), 0 for (1.15) as printed.
+IR_FN void cell_moments(HemisphereSums* sums, uint k, uint n, real weight_j, HemisphereSample own,
+                        real3 gradient_radiance, real r_min, real r_max, real min_cosine) {
+    const real3 v = rotational_gradient_term(weight_j, k, n);
+    const real r = clamp(own.distance, r_min, r_max);
+    sums->irradiance += own.radiance;
+    sums->rx += gradient_radiance * v.x;
+    sums->ry += gradient_radiance * v.y;
+    sums->inverse_distance += R(1.0) / r;
+    if (own.direction.z >= min_cosine) sums->min_distance = min(sums->min_distance, r);
+}
+
+// Adds one edge with step dL between corners w0, w1, B on the side of w0 x w1.
+IR_FN void add_edge(HemisphereSums* sums, real3 w0, real3 w1, CellEdge edge, real3 dL) {
+    if (!(edge.centre > R(0.0))) return;  // two misses
+    const EdgeFlux f =
+        edge_flux(w0 * (R(1.0) / edge.inverse0), w1 * (R(1.0) / edge.inverse1), make_real3(R(0.0), R(0.0), R(1.0)));
+    const real dY = luminance(dL);
+    sums->gx += dL * f.g.x;
+    sums->gy += dL * f.g.y;
+    sums->gz += dL * f.g.z;
+    sums->hxx += dY * f.c.x * f.v.x;
+    sums->hxy += dY * R(0.5) * (f.c.x * f.v.y + f.c.y * f.v.x);
+    sums->hyy += dY * f.c.y * f.v.y;
+}
+
+// The two edges that cell (j, k) owns, to ring j-1 and to azimuth k-1 (modulo n), by the crease rule and the flux form.
+// `ring` is the sample of (j-1, k) and is not looked at for j = 0; `azimuth` that of (j, k-1).
+IR_FN void cell_edges(HemisphereSums* sums, uint j, uint k, uint m, uint n, HemisphereSample own, HemisphereSample ring,
+                      HemisphereSample azimuth) {
+    const real s0 = ring_sin(j, m), z0 = ring_cos(j, m), s1 = ring_sin(j + 1, m), z1 = ring_cos(j + 1, m);
+    real sin0, cos0;  // of phi_k-
+    sincos_turns((real)k / (real)n, &sin0, &cos0);
+    const real3 inner = make_real3(s0 * cos0, s0 * sin0, z0);
+    const real3 outer = make_real3(s1 * cos0, s1 * sin0, z1);
+    // inner x outer points along +v_k-, from cell k-1 to cell k
+    add_edge(sums, inner, outer,
+             crease_edge(azimuth.direction, azimuth.distance, azimuth.normal, own.direction, own.distance, own.normal,
+                         inner, outer),
+             own.radiance - azimuth.radiance);
+    if (j == 0) return;
+    real sin1, cos1;  // of phi_k+
+    sincos_turns((real)(k + 1) / (real)n, &sin1, &cos1);
+    const real3 next = make_real3(s0 * cos1, s0 * sin1, z0);
+    // next x inner points away from the pole, from ring j-1 to ring j
+    add_edge(
+        sums, next, inner,
+        crease_edge(ring.direction, ring.distance, ring.normal, own.direction, own.distance, own.normal, next, inner),
+        own.radiance - ring.radiance);
+}
+
+// The same two edges by Ward and Heckbert (gradient only, tangential): needs no normals. ratio: the mean of the inverse
+// distances where they differ by less than 1.5 (theory 3.2). r_min as in cell_moments.
+IR_FN void cell_edges_ward(HemisphereSums* sums, uint j, uint k, uint m, uint n, HemisphereSample own,
+                           HemisphereSample ring, HemisphereSample azimuth, real r_min, bool ratio) {
+    const real i = R(1.0) / max(own.distance, r_min);
+    const real i_azimuth = R(1.0) / max(azimuth.distance, r_min);
+    const real3 a = ward_azimuth_term(
+        j, k, m, n, ratio ? ward_inverse_distance_ratio(i, i_azimuth) : ward_inverse_distance(i, i_azimuth));
+    real3 dL = own.radiance - azimuth.radiance;
+    sums->gx += dL * a.x;
+    sums->gy += dL * a.y;
+    if (j == 0) return;
+    const real i_ring = R(1.0) / max(ring.distance, r_min);
+    const real3 b =
+        ward_ring_term(j, k, m, n, ratio ? ward_inverse_distance_ratio(i, i_ring) : ward_inverse_distance(i, i_ring));
+    dL = own.radiance - ring.radiance;
+    sums->gx += dL * b.x;
+    sums->gy += dL * b.y;
+}
+#endif
