@@ -1,0 +1,124 @@
+// Pictures from files, as linear float layers.
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include "image/image_check.h"
+#include "irradia/Error.h"
+
+namespace irradia {
+namespace {
+
+Image read_pfm(const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw Error(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+    std::string kind;
+    int width = 0, height = 0;
+    double scale = 0;
+    in >> kind >> width >> height >> scale;
+    in.get();  // the one white-space character that ends the header
+    if (!in || (kind != "PF" && kind != "Pf") || width <= 0 || height <= 0 || width > (1 << 20) || height > (1 << 20) ||
+        scale == 0)
+        throw Error(fmt::format("{}: not a PFM file: expected 'PF' or 'Pf', width, height, scale", path));
+    const bool swap = (scale < 0) != (std::endian::native == std::endian::little);
+    const std::size_t n = kind == "PF" ? 3 : 1, w = static_cast<std::size_t>(width);
+    Image image{width, height, {{"", 3, std::vector<float>(w * static_cast<std::size_t>(height) * 3)}}, {}};
+    std::vector<float> row(w * n);
+    for (std::size_t y = static_cast<std::size_t>(height); y-- > 0;) {
+        in.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof(float)));
+        if (!in) throw Error(fmt::format("{}: truncated: expected {} x {} pixels", path, width, height));
+        for (std::size_t i = 0; i < w * 3; ++i) {
+            std::uint32_t bits = std::bit_cast<std::uint32_t>(row[n == 3 ? i : i / 3]);
+            if (swap) bits = __builtin_bswap32(bits);
+            image.layers[0].data[y * w * 3 + i] = std::bit_cast<float>(bits);
+        }
+    }
+    return image;
+}
+
+// Place of a channel in its layer: R G B A, X Y Z.
+int rank_of(const std::string& channel) {
+    static const std::string order = "RXrxYGgyBbZzAaWw";
+    const std::size_t at = channel.size() == 1 ? order.find(channel) : std::string::npos;
+    return at == std::string::npos ? static_cast<int>(order.size()) : static_cast<int>(at);
+}
+
+struct Found {
+    std::string name;           // layer
+    std::vector<int> channels;  // indices in the file, in the layer's order
+};
+
+// Groups "direct.R", "direct.G", ... by what stands before the last dot; the picture itself ("R") comes first.
+std::vector<Found> layers_of(const OIIO::ImageSpec& spec) {
+    std::vector<Found> layers{{"", {}}};
+    std::vector<std::string> suffix(static_cast<std::size_t>(spec.nchannels));
+    for (int c = 0; c < spec.nchannels; ++c) {
+        const std::string full = spec.channel_name(c);
+        const std::size_t dot = full.rfind('.');
+        const std::string name = dot == std::string::npos ? "" : full.substr(0, dot);
+        suffix[static_cast<std::size_t>(c)] = dot == std::string::npos ? full : full.substr(dot + 1);
+        auto layer = std::find_if(layers.begin(), layers.end(), [&](const Found& l) { return l.name == name; });
+        if (layer == layers.end()) layer = layers.insert(layers.end(), {name, {}});
+        layer->channels.push_back(c);
+    }
+    for (Found& layer : layers)
+        std::stable_sort(layer.channels.begin(), layer.channels.end(), [&](int a, int b) {
+            return rank_of(suffix[static_cast<std::size_t>(a)]) < rank_of(suffix[static_cast<std::size_t>(b)]);
+        });
+    if (layers.front().channels.empty()) layers.erase(layers.begin());  // a file of named layers only
+    return layers;
+}
+
+}  // namespace
+
+Image read_image(const std::string& path) {
+    if (extension_of(path) == ".pfm") return read_pfm(path);
+    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(path);
+    if (!in) {
+        std::string why = OIIO::geterror();
+        std::replace(why.begin(), why.end(), '\n', ' ');
+        if (!std::ifstream(path)) why = std::strerror(errno);
+        throw Error(fmt::format("{}: cannot be read: {}", path, why));
+    }
+    const OIIO::ImageSpec spec = in->spec();
+    const std::size_t pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+    const std::size_t stride = static_cast<std::size_t>(spec.nchannels);
+    std::vector<float> all(pixels * stride);
+    if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data())) {
+        std::string why = in->geterror();
+        std::replace(why.begin(), why.end(), '\n', ' ');
+        throw Error(fmt::format("{}: cannot be read: {}", path, why));
+    }
+
+    Image image;
+    image.width = spec.width;
+    image.height = spec.height;
+    for (const Found& found : layers_of(spec)) {
+        const bool beauty = image.layers.empty();
+        // The picture is always RGB: grey is repeated, alpha dropped.
+        std::vector<int> channels = found.channels;
+        if (beauty && channels.size() < 3) channels.assign(3, channels.front());
+        if (beauty) channels.resize(3);
+        Layer layer{beauty ? "" : found.name, static_cast<int>(channels.size()), {}};
+        layer.data.resize(pixels * channels.size());
+        for (std::size_t p = 0; p < pixels; ++p)
+            for (std::size_t c = 0; c < channels.size(); ++c)
+                layer.data[p * channels.size() + c] = all[p * stride + static_cast<std::size_t>(channels[c])];
+        image.layers.push_back(std::move(layer));
+    }
+    if (spec.get_string_attribute("oiio:ColorSpace") == "sRGB")
+        for (float& value : image.layers.front().data) value = srgb_decode(value);
+    for (const OIIO::ParamValue& attribute : spec.extra_attribs)
+        image.metadata[attribute.name().string()] = attribute.get_string();
+    return image;
+}
+
+}  // namespace irradia
