@@ -29,8 +29,8 @@ IR_FN Frame make_frame(real3 n) {
     return f;
 }
 
-IR_FN real3 to_world(Frame f, real3 local) { return f.t * local.x + f.b * local.y + f.n * local.z; }
-IR_FN real3 to_local(Frame f, real3 world) { return make_real3(dot(f.t, world), dot(f.b, world), dot(f.n, world)); }
+IR_FN real3 to_world(Frame f, real3 v) { return f.t * v.x + f.b * v.y + f.n * v.z; }
+IR_FN real3 to_local(Frame f, real3 v) { return make_real3(dot(f.t, v), dot(f.b, v), dot(f.n, v)); }
 
 // ---- hemisphere strata (theory 1): ring j = 0..m-1 from the pole, azimuth k = 0..n-1, index j*n+k
 // --------------------
