@@ -1,0 +1,317 @@
+#include "irradia/Device.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "device/kernel_source.h"
+#include "device/session.h"
+#include "irradia/Error.h"
+
+namespace irradia {
+
+using device::check;
+using device::format_bytes;
+using device::Session;
+
+namespace {
+
+// Writes up to this size are copied aside and queued; larger ones wait until the device has taken them.
+constexpr std::size_t kStagedWrite = std::size_t{1} << 20;
+
+std::vector<std::string> kernel_names(cl_program program) {
+    std::size_t bytes = 0;
+    if (clGetProgramInfo(program, CL_PROGRAM_KERNEL_NAMES, 0, nullptr, &bytes) != CL_SUCCESS || bytes == 0) return {};
+    std::string text(bytes, '\0');
+    if (clGetProgramInfo(program, CL_PROGRAM_KERNEL_NAMES, bytes, text.data(), nullptr) != CL_SUCCESS) return {};
+    text.resize(bytes - 1);
+    std::vector<std::string> names;
+    for (std::size_t at = 0; at < text.size();) {
+        const std::size_t end = std::min(text.find(';', at), text.size());
+        names.push_back(text.substr(at, end - at));
+        at = end + 1;
+    }
+    return names;
+}
+
+std::string build_log(cl_program program, cl_device_id id) {
+    std::size_t bytes = 0;
+    if (clGetProgramBuildInfo(program, id, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes) != CL_SUCCESS || bytes == 0)
+        return "(the compiler left no log)";
+    std::string log(bytes, '\0');
+    if (clGetProgramBuildInfo(program, id, CL_PROGRAM_BUILD_LOG, bytes, log.data(), nullptr) != CL_SUCCESS)
+        return "(the compiler's log could not be read)";
+    while (!log.empty() && (log.back() == '\0' || log.back() == '\n')) log.pop_back();
+    return log;
+}
+
+}  // namespace
+
+// ---- buffers ----------------------------------------------------------------------------------------------------
+
+struct Buffer::Impl {
+    std::shared_ptr<Session> session;
+    cl_mem memory = nullptr;
+    std::size_t bytes = 0;
+    Impl(std::shared_ptr<Session> s, cl_mem m, std::size_t n) : session(std::move(s)), memory(m), bytes(n) {
+        session->allocated(bytes);
+    }
+    ~Impl() {
+        clReleaseMemObject(memory);
+        session->freed(bytes);
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+};
+
+Buffer::Buffer() = default;
+Buffer::Buffer(Buffer&&) noexcept = default;
+Buffer& Buffer::operator=(Buffer&&) noexcept = default;
+Buffer::~Buffer() = default;
+std::size_t Buffer::bytes() const noexcept { return impl_ ? impl_->bytes : 0; }
+void* Buffer::handle() const noexcept { return impl_ ? impl_->memory : nullptr; }
+
+// ---- kernels ----------------------------------------------------------------------------------------------------
+
+struct Kernel::Impl {
+    std::shared_ptr<Session> session;
+    std::string name;
+    cl_kernel kernel = nullptr;
+    cl_uint argument_count = 0;
+    cl_uint next = 0;
+    std::size_t largest_group = 0;
+    Impl(std::shared_ptr<Session> s, std::string n, cl_kernel k)
+        : session(std::move(s)), name(std::move(n)), kernel(k) {}
+    ~Impl() { clReleaseKernel(kernel); }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    void set(std::size_t bytes, const void* data) {
+        const cl_int status = next < argument_count ? clSetKernelArg(kernel, next, bytes, data) : CL_INVALID_ARG_INDEX;
+        if (status != CL_SUCCESS)
+            throw Error("OpenCL: setting argument " + std::to_string(next) + " of " + std::to_string(argument_count) +
+                        " of kernel '" + name + "' (" + std::to_string(bytes) +
+                        " bytes) failed: " + device::status_name(status));
+        ++next;
+    }
+};
+
+Kernel& Kernel::arg(const Buffer& buffer) {
+    const cl_mem memory = static_cast<cl_mem>(buffer.handle());
+    if (memory == nullptr)
+        throw Error("kernel '" + impl_->name + "': argument " + std::to_string(impl_->next) +
+                    " is a buffer that was never allocated");
+    impl_->set(sizeof memory, &memory);
+    return *this;
+}
+
+Kernel& Kernel::arg_bytes(const void* data, std::size_t bytes) {
+    impl_->set(bytes, data);
+    return *this;
+}
+
+Kernel& Kernel::local(std::size_t bytes) {
+    impl_->set(std::max<std::size_t>(bytes, 4), nullptr);
+    return *this;
+}
+
+void Kernel::run(std::size_t groups, std::size_t group_size) {
+    const cl_uint set = std::exchange(impl_->next, 0);
+    if (set != impl_->argument_count)
+        throw Error("kernel '" + impl_->name + "' takes " + std::to_string(impl_->argument_count) + " arguments, " +
+                    std::to_string(set) + " were set");
+    if (groups == 0) return;
+    if (group_size == 0 || group_size > impl_->largest_group)
+        throw Error("kernel '" + impl_->name + "': a group of " + std::to_string(group_size) +
+                    " items is not possible, the device takes 1 to " + std::to_string(impl_->largest_group));
+    const std::size_t items = groups * group_size;
+    cl_event event = nullptr;
+    const cl_int status = clEnqueueNDRangeKernel(impl_->session->queue, impl_->kernel, 1, nullptr, &items, &group_size,
+                                                 0, nullptr, &event);
+    if (status != CL_SUCCESS)
+        throw Error("OpenCL: launching kernel '" + impl_->name + "' (" + std::to_string(groups) + " groups of " +
+                    std::to_string(group_size) + ", " + format_bytes(impl_->session->allocated_now()) +
+                    " of buffers allocated) failed: " + device::status_name(status));
+    impl_->session->track(impl_->name, event);
+}
+
+// ---- device -----------------------------------------------------------------------------------------------------
+
+struct Device::Impl {
+    std::shared_ptr<Session> session;
+    bool cpu_traversal = false;
+    std::uint64_t largest_allocation = 0;
+    std::map<std::string, cl_program> programs;  // by file and compiler options
+
+    ~Impl() {
+        for (const auto& [key, program] : programs) clReleaseProgram(program);
+    }
+
+    cl_program build(const std::string& file, const std::string& options) {
+        const std::string text = device::expand_source(file);
+        const auto start = std::chrono::steady_clock::now();
+        const char* source = text.c_str();
+        const std::size_t length = text.size();
+        cl_int status = CL_SUCCESS;
+        cl_program program = clCreateProgramWithSource(session->context, 1, &source, &length, &status);
+        check(status, "handing over the source of " + file);
+        status = clBuildProgram(program, 1, &session->device.id, options.c_str(), nullptr, nullptr);
+        if (status != CL_SUCCESS) {
+            const std::string log = build_log(program, session->device.id);
+            clReleaseProgram(program);
+            throw Error("OpenCL: compiling " + file + " (" + options + ") for '" + session->device.description.name +
+                        "' failed: " + device::status_name(status) + "\n" + log);
+        }
+        session->add_time("build", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        return program;
+    }
+};
+
+std::vector<DeviceDescription> list_devices() {
+    std::vector<DeviceDescription> list;
+    for (const device::FoundDevice& d : device::find_devices()) list.push_back(d.description);
+    return list;
+}
+
+Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
+    if (!options.traversal.empty() && options.traversal != "cpu" && options.traversal != "gpu")
+        throw Error("traversal '" + options.traversal + "' is neither 'cpu' nor 'gpu'");
+    impl_->session = std::make_shared<Session>(options);
+    impl_->cpu_traversal =
+        options.traversal.empty() ? impl_->session->device.description.is_cpu : options.traversal == "cpu";
+    impl_->largest_allocation = device::device_info<cl_ulong>(impl_->session->device.id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
+}
+
+Device::~Device() = default;
+
+const DeviceDescription& Device::description() const noexcept { return impl_->session->device.description; }
+bool Device::cpu_traversal() const noexcept { return impl_->cpu_traversal; }
+std::size_t Device::tile() const noexcept { return impl_->cpu_traversal ? 16 : 1; }
+std::size_t Device::group_size() const noexcept { return impl_->cpu_traversal ? 64 : 128; }
+
+Kernel Device::kernel(const std::string& file, const std::string& name,
+                      const std::map<std::string, std::string>& defines) {
+    std::string options = "-cl-std=CL1.2";
+    if (impl_->cpu_traversal) options += " -D IR_CPU=1";
+    for (const auto& [symbol, value] : defines) options += " -D " + symbol + (value.empty() ? "" : "=" + value);
+
+    cl_program& program = impl_->programs[file + "\n" + options];
+    if (program == nullptr) program = impl_->build(file, options);
+    cl_int status = CL_SUCCESS;
+    cl_kernel k = clCreateKernel(program, name.c_str(), &status);
+    if (status == CL_INVALID_KERNEL_NAME) {
+        std::string known;
+        for (const std::string& n : kernel_names(program)) known += (known.empty() ? "" : ", ") + n;
+        throw Error("no kernel '" + name + "' in " + file + " (there are: " + known + ")");
+    }
+    check(status, "making kernel '" + name + "' of " + file);
+
+    Kernel kernel;
+    kernel.impl_ = std::make_shared<Kernel::Impl>(impl_->session, name, k);
+    check(clGetKernelInfo(k, CL_KERNEL_NUM_ARGS, sizeof(cl_uint), &kernel.impl_->argument_count, nullptr),
+          "asking for the arguments of kernel '" + name + "'");
+    check(clGetKernelWorkGroupInfo(k, impl_->session->device.id, CL_KERNEL_WORK_GROUP_SIZE, sizeof(std::size_t),
+                                   &kernel.impl_->largest_group, nullptr),
+          "asking for the group size of kernel '" + name + "'");
+    return kernel;
+}
+
+Buffer Device::allocate(std::size_t bytes) {
+    bytes = std::max<std::size_t>((bytes + 3) / 4 * 4, 4);
+    const DeviceDescription& d = description();
+    const std::uint64_t used = impl_->session->allocated_now();
+    const auto refuse = [&](const std::string& why) {
+        throw Error("device '" + d.name + "': no memory for a buffer of " + std::to_string(bytes) + " bytes (" +
+                    format_bytes(bytes) + "): " + why + "; " + format_bytes(used) + " of " +
+                    format_bytes(d.global_memory) +
+                    " are in use: take a smaller picture or scene, or another device (--device)");
+    };
+    if (bytes > impl_->largest_allocation)
+        refuse("one buffer may have " + std::to_string(impl_->largest_allocation) + " bytes (" +
+               format_bytes(impl_->largest_allocation) + ")");
+    if (used + bytes > d.global_memory) refuse("the device is full");
+    cl_int status = CL_SUCCESS;
+    cl_mem memory = clCreateBuffer(impl_->session->context, CL_MEM_READ_WRITE, bytes, nullptr, &status);
+    if (status != CL_SUCCESS) refuse(device::status_name(status));
+    Buffer buffer;
+    buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes);
+    return buffer;
+}
+
+Buffer Device::upload(const void* data, std::size_t bytes) {
+    Buffer buffer = allocate(bytes);
+    write(buffer, data, bytes);
+    return buffer;
+}
+
+namespace {
+
+void check_range(const Buffer& buffer, std::size_t bytes, std::size_t offset, const char* doing) {
+    if (offset <= buffer.bytes() && bytes <= buffer.bytes() - offset) return;
+    throw Error(std::string("device memory: ") + doing + " " + std::to_string(bytes) + " bytes at offset " +
+                std::to_string(offset) + " is outside a buffer of " + std::to_string(buffer.bytes()) + " bytes");
+}
+
+cl_mem memory_of(const Buffer& buffer) { return static_cast<cl_mem>(buffer.handle()); }
+
+}  // namespace
+
+void Device::write(Buffer& to, const void* data, std::size_t bytes, std::size_t offset) {
+    check_range(to, bytes, offset, "writing");
+    if (bytes == 0) return;
+    Session& s = *impl_->session;
+    cl_event event = nullptr;
+    std::vector<unsigned char> staging;
+    if (bytes <= kStagedWrite) {
+        const auto* first = static_cast<const unsigned char*>(data);
+        staging.assign(first, first + bytes);
+        data = staging.data();  // stays where it is when the vector moves
+    }
+    const cl_bool wait = staging.empty() ? CL_TRUE : CL_FALSE;
+    check(clEnqueueWriteBuffer(s.queue, memory_of(to), wait, offset, bytes, data, 0, nullptr, &event),
+          "writing " + std::to_string(bytes) + " bytes to the device");
+    s.track("write", event, std::move(staging));
+}
+
+void Device::read(const Buffer& from, void* data, std::size_t bytes, std::size_t offset) {
+    check_range(from, bytes, offset, "reading");
+    if (bytes == 0) return;
+    Session& s = *impl_->session;
+    cl_event event = nullptr;
+    check(clEnqueueReadBuffer(s.queue, memory_of(from), CL_TRUE, offset, bytes, data, 0, nullptr, &event),
+          "reading " + std::to_string(bytes) + " bytes from the device");
+    s.track("read", event);
+    s.harvest();
+}
+
+void Device::copy(const Buffer& from, Buffer& to, std::size_t bytes) {
+    check_range(from, bytes, 0, "copying");
+    check_range(to, bytes, 0, "copying");
+    if (bytes == 0) return;
+    Session& s = *impl_->session;
+    cl_event event = nullptr;
+    check(clEnqueueCopyBuffer(s.queue, memory_of(from), memory_of(to), 0, 0, bytes, 0, nullptr, &event),
+          "copying " + std::to_string(bytes) + " bytes on the device");
+    s.track("copy", event);
+}
+
+void Device::fill(Buffer& buffer, std::uint32_t word, std::size_t bytes) {
+    check_range(buffer, bytes, 0, "filling");
+    if (bytes % 4 != 0) throw Error("device memory: filling " + std::to_string(bytes) + " bytes, not a multiple of 4");
+    if (bytes == 0) return;
+    Session& s = *impl_->session;
+    cl_event event = nullptr;
+    check(clEnqueueFillBuffer(s.queue, memory_of(buffer), &word, sizeof word, 0, bytes, 0, nullptr, &event),
+          "filling " + std::to_string(bytes) + " bytes on the device");
+    s.track("fill", event);
+}
+
+void Device::finish() {
+    check(clFinish(impl_->session->queue), "waiting for the device");
+    impl_->session->harvest();
+}
+
+std::map<std::string, StageTime> Device::stage_times() const { return impl_->session->times(); }
+std::uint64_t Device::peak_memory() const noexcept { return impl_->session->peak(); }
+
+}  // namespace irradia

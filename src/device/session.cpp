@@ -1,0 +1,95 @@
+#include "device/session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "irradia/Error.h"
+
+namespace irradia::device {
+namespace {
+// Events a queue may gather before the complete ones are counted and dropped.
+constexpr std::size_t kManyPending = 256;
+}  // namespace
+
+Session::Session(const DeviceOptions& options) : device(select_device(options.select)) {
+    if (options.threads < 0) throw Error("--threads: " + std::to_string(options.threads) + " is negative");
+    if (options.threads > 0 && device.description.is_cpu) limit_threads(options.threads);
+    cl_int status = CL_SUCCESS;
+    const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
+                                                reinterpret_cast<cl_context_properties>(device.platform), 0};
+    context = clCreateContext(properties, 1, &device.id, nullptr, nullptr, &status);
+    check(status, "opening device '" + device.description.name + "'");
+    queue = clCreateCommandQueue(context, device.id, CL_QUEUE_PROFILING_ENABLE, &status);
+    check(status, "making a queue on device '" + device.description.name + "'");
+}
+
+Session::~Session() {
+    if (queue != nullptr) clFinish(queue);
+    for (const Pending& p : pending_) clReleaseEvent(p.event);
+    if (queue != nullptr) clReleaseCommandQueue(queue);
+    if (context != nullptr) clReleaseContext(context);
+    if (split_) clReleaseDevice(device.id);
+}
+
+// A sub-device of `threads` compute units rather than PoCL's POCL_MAX_PTHREAD_COUNT: that is read once a process, so it
+// would depend on who asked for the platforms first. PoCL gives a sub-device of one unit one worker thread.
+void Session::limit_threads(int threads) {
+    if (static_cast<unsigned>(threads) >= device.description.compute_units) return;
+    const cl_device_partition_property how[] = {CL_DEVICE_PARTITION_BY_COUNTS, threads,
+                                                CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+    cl_device_id part = nullptr;
+    cl_uint count = 0;
+    const cl_int status = clCreateSubDevices(device.id, how, 1, &part, &count);
+    if (status != CL_SUCCESS || count != 1)
+        throw Error("--threads: device '" + device.description.name + "' cannot be limited to " +
+                    std::to_string(threads) + " of its " + std::to_string(device.description.compute_units) +
+                    " units: " + status_name(status));
+    device.id = part;
+    split_ = true;
+}
+
+void Session::track(const std::string& stage, cl_event event, std::vector<unsigned char> staging) {
+    pending_.push_back({&stages_[stage], event, std::move(staging)});
+    if (pending_.size() % kManyPending != 0) return;
+    clFlush(queue);
+    harvest();
+}
+
+void Session::harvest() {
+    while (!pending_.empty()) {
+        const Pending& p = pending_.front();
+        cl_int state = CL_QUEUED;
+        check(clGetEventInfo(p.event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof state, &state, nullptr),
+              "asking for the state of a command");
+        if (state > CL_COMPLETE) return;
+        cl_ulong start = 0, end = 0;
+        if (state == CL_COMPLETE) {
+            check(clGetEventProfilingInfo(p.event, CL_PROFILING_COMMAND_START, sizeof start, &start, nullptr),
+                  "asking for a command's time");
+            check(clGetEventProfilingInfo(p.event, CL_PROFILING_COMMAND_END, sizeof end, &end, nullptr),
+                  "asking for a command's time");
+        }
+        p.stage->seconds += end > start ? static_cast<double>(end - start) * 1e-9 : 0.0;
+        ++p.stage->launches;
+        clReleaseEvent(p.event);
+        pending_.pop_front();
+    }
+}
+
+void Session::add_time(const std::string& stage, double seconds) {
+    StageTime& s = stages_[stage];
+    s.seconds += seconds;
+    ++s.launches;
+}
+
+std::map<std::string, StageTime> Session::times() {
+    harvest();
+    return stages_;
+}
+
+void Session::allocated(std::uint64_t bytes) {
+    allocated_ += bytes;
+    peak_ = std::max(peak_, allocated_);
+}
+
+}  // namespace irradia::device

@@ -1,0 +1,52 @@
+// What a Device, its buffers and its kernels share: context, queue, event times, the sum of allocated bytes.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "device/opencl.h"
+
+namespace irradia::device {
+
+/// Lives as long as anything that was made by its device.
+class Session {
+public:
+    FoundDevice device;  ///< description: of the whole device, also if `id` is a part of it
+    cl_context context = nullptr;
+    cl_command_queue queue = nullptr;
+
+    explicit Session(const DeviceOptions& options);
+    ~Session();
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    /// Takes over `event`; its time is added to `stage` once it is complete. `staging` is kept alive until then.
+    void track(const std::string& stage, cl_event event, std::vector<unsigned char> staging = {});
+    /// Adds up the events that are complete, oldest first; waits for none.
+    void harvest();
+    void add_time(const std::string& stage, double seconds);
+    [[nodiscard]] std::map<std::string, StageTime> times();
+
+    void allocated(std::uint64_t bytes);
+    void freed(std::uint64_t bytes) { allocated_ -= bytes; }
+    [[nodiscard]] std::uint64_t allocated_now() const { return allocated_; }
+    [[nodiscard]] std::uint64_t peak() const { return peak_; }
+
+private:
+    struct Pending {
+        StageTime* stage;
+        cl_event event;
+        std::vector<unsigned char> staging;
+    };
+    std::deque<Pending> pending_;
+    std::map<std::string, StageTime> stages_;  // nodes stay where they are: Pending points to them
+    bool split_ = false;
+    std::uint64_t allocated_ = 0, peak_ = 0;
+
+    void limit_threads(int threads);
+};
+
+}  // namespace irradia::device
