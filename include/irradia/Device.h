@@ -24,7 +24,7 @@ std::vector<DeviceDescription> list_devices();
 /// What a run asks of the device.
 struct DeviceOptions {
     std::string select;         ///< index or a part of the name or platform, case-insensitive; "" = the default (a GPU if there is one, else the CPU)
-    int threads = 0;            ///< CPU devices: worker threads; 0 = all
+    int threads = 0;            ///< CPU devices: worker threads; 0, or more than there are, = all
     std::string traversal;      ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
 };
 
@@ -59,7 +59,8 @@ public:
     template <class T>
     Kernel& arg(const T& value) { return arg_bytes(&value, sizeof(T)); }  ///< next argument, by value (4-byte scalars, PODs)
     Kernel& local(std::size_t bytes);                               ///< next argument, __local memory
-    /// Runs `groups` work-groups of `group_size` items (1D); asynchronous, in order. Resets the argument counter.
+    /// Runs `groups` work-groups of `group_size` items (1D); asynchronous, in order; no groups: nothing is launched.
+    /// Starts the arguments anew: set all of them before every run.
     void run(std::size_t groups, std::size_t group_size);
     Kernel& arg_bytes(const void* data, std::size_t bytes);
 
@@ -83,7 +84,9 @@ public:
     [[nodiscard]] std::size_t tile() const noexcept;          ///< rays of one packet: IR_TILE of trace.h
     [[nodiscard]] std::size_t group_size() const noexcept;    ///< items of a hemisphere's work-group: 64 on CPUs, 128 on GPUs
 
-    /// Kernel `name` of cl/`file` (embedded), compiled with `defines` ("IR_M" -> "16"); programs are cached by (file, defines).
+    /// Kernel `name` of cl/`file` (embedded, or an absolute path), compiled with `defines` ("IR_M" -> "16"); programs are
+    /// cached by (file, defines). If the environment variable IRRADIA_CL_DIR names a folder, its files are taken before
+    /// the embedded ones.
     Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines);
 
     Buffer allocate(std::size_t bytes);                                    ///< uninitialised

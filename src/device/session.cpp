@@ -57,22 +57,27 @@ void Session::track(const std::string& stage, cl_event event, std::vector<unsign
 
 void Session::harvest() {
     while (!pending_.empty()) {
-        const Pending& p = pending_.front();
+        const cl_event event = pending_.front().event;
+        StageTime& stage = *pending_.front().stage;
         cl_int state = CL_QUEUED;
-        check(clGetEventInfo(p.event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof state, &state, nullptr),
+        check(clGetEventInfo(event, CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof state, &state, nullptr),
               "asking for the state of a command");
         if (state > CL_COMPLETE) return;
         cl_ulong start = 0, end = 0;
         if (state == CL_COMPLETE) {
-            check(clGetEventProfilingInfo(p.event, CL_PROFILING_COMMAND_START, sizeof start, &start, nullptr),
+            check(clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_START, sizeof start, &start, nullptr),
                   "asking for a command's time");
-            check(clGetEventProfilingInfo(p.event, CL_PROFILING_COMMAND_END, sizeof end, &end, nullptr),
+            check(clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_END, sizeof end, &end, nullptr),
                   "asking for a command's time");
         }
-        p.stage->seconds += end > start ? static_cast<double>(end - start) * 1e-9 : 0.0;
-        ++p.stage->launches;
-        clReleaseEvent(p.event);
+        clReleaseEvent(event);
         pending_.pop_front();
+        if (state < 0) {
+            for (const auto& [name, time] : stages_)
+                if (&time == &stage) check(state, "running '" + name + "' on the device");
+        }
+        stage.seconds += end > start ? static_cast<double>(end - start) * 1e-9 : 0.0;
+        ++stage.launches;
     }
 }
 

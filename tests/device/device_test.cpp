@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -265,6 +268,20 @@ TEST(SelectDevice, WrongNameListsDevices) {
         EXPECT_TRUE(one_line(message) && has(message, "'" + select + "'")) << message;
         for (const auto& d : list) EXPECT_TRUE(has(message, d.name)) << message;
     }
+}
+
+// In a process of its own, whose OpenCL loader finds no driver: the loader looks once a process.
+TEST(NoDeviceDeathTest, NamesThePackageToInstall) {
+    ::testing::GTEST_FLAG(death_test_style) = "threadsafe";
+    ::setenv("OCL_ICD_VENDORS", "/nonexistent/", 1);
+    EXPECT_EXIT(
+        {
+            const std::string message = error_of([] { Device d({}); });
+            std::fprintf(stderr, "%s\n", message.c_str());
+            std::exit(one_line(message) ? 3 : 4);
+        },
+        ::testing::ExitedWithCode(3), "no OpenCL platform found .*pocl-opencl-icd");
+    ::unsetenv("OCL_ICD_VENDORS");
 }
 
 }  // namespace

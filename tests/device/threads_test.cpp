@@ -39,7 +39,7 @@ Measured spin(const std::string& select, int threads) {
     device.finish();
     const double cpu = processor_seconds();
     const auto start = std::chrono::steady_clock::now();
-    k.arg(out).arg(std::uint32_t{30000}).run(groups, size);
+    k.arg(out).arg(std::uint32_t{10000}).run(groups, size);
     device.finish();
     const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     Measured run{(processor_seconds() - cpu) / wall, std::vector<std::uint32_t>(groups * size)};
