@@ -141,14 +141,20 @@ typedef struct SceneInfo {
 #define IR_LEAF_FIRST(ref) ((ref) & 0x00ffffffu)
 #define IR_EMPTY 0xffffffffu
 
+// Depths that build_accel() guarantees (nodes on the longest way down): the traversal stacks are sized by them.
+#define IR_BVH8_MAX_DEPTH 24
+#define IR_BVH2_MAX_DEPTH 64
+
 typedef struct Bvh8Node {     // CPU devices: eight children, boxes as structure of arrays; empty children are inverted boxes
     float lo_x[8], lo_y[8], lo_z[8], hi_x[8], hi_y[8], hi_z[8];
-    uint child[8];
-    uint pad[8];
+    uint child[8];            // children first, then IR_EMPTY
+    uint count;               // how many children
+    uint pad[7];
 } Bvh8Node;                   // 256 bytes
 
 typedef struct TriangleBlock {  // CPU devices: eight triangles; unused slots are degenerate and never hit
-    float v0x[8], v0y[8], v0z[8], e1x[8], e1y[8], e1z[8], e2x[8], e2y[8], e2z[8];
+    // Vertices rather than edges, so that neighbours see the very same end points and no ray leaks between them.
+    float v0x[8], v0y[8], v0z[8], v1x[8], v1y[8], v1z[8], v2x[8], v2y[8], v2z[8];
     uint primitive[8];
 } TriangleBlock;              // 320 bytes
 
@@ -159,10 +165,10 @@ typedef struct Bvh2Node {     // GPU devices: both children's boxes in one 64-by
     float hi1x, hi1y, hi1z; uint pad1;
 } Bvh2Node;                   // 64 bytes
 
-typedef struct TrianglePacked {  // GPU devices: v0, e1 = v1-v0, e2 = v2-v0
+typedef struct TrianglePacked {  // GPU devices: the three vertices
     float v0x, v0y, v0z; uint primitive;
-    float e1x, e1y, e1z; uint pad0;
-    float e2x, e2y, e2z; uint pad1;
+    float v1x, v1y, v1z; uint pad0;
+    float v2x, v2y, v2z; uint pad1;
 } TrianglePacked;             // 48 bytes
 
 // ---- what a scene needs: kernels are specialised by these (-D IR_FEATURES=...) -----------------------------------

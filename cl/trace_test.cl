@@ -1,0 +1,40 @@
+// Rays from a buffer through the traversal interface: for the tests and the benchmark.
+#ifndef IR_FEATURES
+#define IR_FEATURES IR_FEATURE_ANALYTIC
+#endif
+#include "trace.h"
+
+// Ray i: (ox, oy, oz, t_min, dx, dy, dz, t_max). One work-item a ray; result: t, u, v, primitive.
+IR_KERNEL void test_closest(IR_SCENE_ARGS, IR_GLOBAL const float* rays, uint count, IR_GLOBAL Hit* hits) {
+    IR_SCENE_INIT(s);
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    IR_GLOBAL const float* r = rays + 8 * i;
+    hits[i] = trace_closest(&s, make_real3(r[0], r[1], r[2]), make_real3(r[4], r[5], r[6]), r[3], r[7]);
+}
+
+IR_KERNEL void test_occluded(IR_SCENE_ARGS, IR_GLOBAL const float* rays, uint count, IR_GLOBAL uint* occluded) {
+    IR_SCENE_INIT(s);
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    IR_GLOBAL const float* r = rays + 8 * i;
+    occluded[i] = trace_occluded(&s, make_real3(r[0], r[1], r[2]), make_real3(r[4], r[5], r[6]), r[3], r[7]) ? 1u : 0u;
+}
+
+// One work-item a tile of `tile` <= IR_TILE consecutive rays, which share the first one's origin and t_min.
+IR_KERNEL void test_tile(IR_SCENE_ARGS, IR_GLOBAL const float* rays, uint count, uint tile, IR_GLOBAL Hit* hits) {
+    IR_SCENE_INIT(s);
+    const uint first = IR_GLOBAL_ID * tile;
+    if (first >= count) return;
+    const uint n = min(tile, count - first);
+    IR_GLOBAL const float* r = rays + 8 * first;
+    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];
+    Hit found[IR_TILE];
+    for (uint i = 0; i < n; ++i) {
+        dx[i] = r[8 * i + 4];
+        dy[i] = r[8 * i + 5];
+        dz[i] = r[8 * i + 6];
+    }
+    trace_tile(&s, make_real3(r[0], r[1], r[2]), dx, dy, dz, n, r[3], found);
+    for (uint i = 0; i < n; ++i) hits[first + i] = found[i];
+}

@@ -1,0 +1,37 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "flatten.h"
+#include "irradia/Accel.h"
+#include "irradia/Error.h"
+
+namespace irradia {
+namespace {
+
+constexpr std::size_t kMaxPrimitives = std::size_t{1} << 24;  // IR_LEAF_FIRST has 24 bits
+
+// Boxes grow by a few units in the last place of the scene's extent: the traversal's slab test rounds by that much, and
+// so does the clipping of triangles at spatial splits. A ray that grazes an edge then still visits the box.
+float box_pad(const accel::HostTree& tree) {
+    float extent = 0;
+    for (int k = 0; k < 3 && !tree.nodes.empty(); ++k)
+        extent = std::max({extent, std::abs(tree.nodes[0].box.lo[k]), std::abs(tree.nodes[0].box.hi[k])});
+    return extent * 0x1p-21f;
+}
+
+}  // namespace
+
+void build_accel(Scene& scene, int threads) {
+    const std::size_t count = scene.triangles.size() + scene.analytics.size();
+    if (count > kMaxPrimitives)
+        throw Error((scene.source.empty() ? std::string("scene") : scene.source) + ": " + std::to_string(count) +
+                    " primitives; the acceleration structure holds at most " + std::to_string(kMaxPrimitives));
+    const accel::HostTree tree = accel::build_host_tree(scene, threads);
+    const float pad = box_pad(tree);
+    scene.accel = {};
+    accel::flatten_bvh8(scene, tree, pad, scene.accel);
+    accel::flatten_bvh2(scene, tree, pad, scene.accel);
+}
+
+}  // namespace irradia

@@ -1,0 +1,129 @@
+// Runs the kernels of cl/trace_test.cl over a scene on the first CPU OpenCL device, with either traversal header.
+// OpenCL is used directly: what is tested here are the headers, not src/device.
+#pragma once
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#define CL_HPP_ENABLE_EXCEPTIONS
+#include <CL/opencl.hpp>
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "irradia/Scene.h"
+
+namespace irradia::testing {
+
+struct Ray {
+    float ox, oy, oz, t_min, dx, dy, dz, t_max;
+};
+
+struct DeviceHit {
+    float t, u, v;
+    std::uint32_t primitive;
+};
+
+inline cl::Device first_device(cl_device_type type) {
+    std::vector<cl::Platform> platforms;
+    cl::Platform::get(&platforms);
+    for (const cl::Platform& p : platforms) {
+        std::vector<cl::Device> devices;
+        try {
+            p.getDevices(type, &devices);
+        } catch (const cl::Error&) {
+            continue;  // CL_DEVICE_NOT_FOUND
+        }
+        if (!devices.empty()) return devices[0];
+    }
+    throw std::runtime_error("no OpenCL device of the type asked for");
+}
+
+class Traversal {
+public:
+    /// `cpu_traversal`: cl/trace_cpu.h, else cl/trace_gpu.h. Both run on any device.
+    Traversal(const Scene& scene, bool cpu_traversal, const cl::Device& device = first_device(CL_DEVICE_TYPE_CPU),
+              const std::string& file = IRRADIA_SOURCE_DIR "/cl/trace_test.cl")
+        : tile_(cpu_traversal ? 16 : 1), context_(device), queue_(context_, device, CL_QUEUE_PROFILING_ENABLE) {
+        const bool analytic = !scene.analytics.empty();
+        program_ = cl::Program(context_, "#include \"" + file + "\"\n");
+        const std::string options =
+            std::string("-cl-std=CL1.2 -I " IRRADIA_SOURCE_DIR "/cl -I " IRRADIA_SOURCE_DIR "/include ") +
+            (cpu_traversal ? "-D IR_CPU " : "") + "-D IR_FEATURES=" + (analytic ? "IR_FEATURE_ANALYTIC" : "0u");
+        try {
+            program_.build(options.c_str());
+        } catch (const cl::Error&) {
+            throw std::runtime_error(program_.getBuildInfo<CL_PROGRAM_BUILD_LOG>(device));
+        }
+        if (cpu_traversal) {
+            nodes_ = upload(scene.accel.bvh8_nodes);
+            leaves_ = upload(scene.accel.bvh8_triangles);
+        } else {
+            nodes_ = upload(scene.accel.bvh2_nodes);
+            leaves_ = upload(scene.accel.bvh2_triangles);
+        }
+        analytics_ = upload(scene.analytics);
+        triangles_ = upload(scene.triangles);
+        vertices_ = upload(scene.vertices);
+        info_ = upload(std::vector<shared::SceneInfo>{scene.info});
+        unused_ = upload(std::vector<std::uint32_t>{0});
+    }
+
+    std::vector<DeviceHit> closest(const std::vector<Ray>& rays) {
+        return run<DeviceHit>("test_closest", rays, rays.size(), {});
+    }
+    std::vector<std::uint32_t> occluded(const std::vector<Ray>& rays) {
+        return run<std::uint32_t>("test_occluded", rays, rays.size(), {});
+    }
+    /// Tiles of `tile` consecutive rays, which must share origin and t_min.
+    std::vector<DeviceHit> tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
+        return run<DeviceHit>("test_tile", rays, (rays.size() + tile - 1) / tile, {tile});
+    }
+
+    [[nodiscard]] std::uint32_t tile() const { return tile_; }
+    /// Device time of the last launch, seconds.
+    [[nodiscard]] double seconds() const { return seconds_; }
+
+    /// Results of kernel `name`, launched over `items` work-items; `extra` arguments lie between count and results.
+    template <class Result>
+    std::vector<Result> run(const char* name, const std::vector<Ray>& rays, std::size_t items,
+                            const std::vector<std::uint32_t>& extra) {
+        const cl::Buffer in = upload(rays);
+        const cl::Buffer out(context_, CL_MEM_READ_WRITE, rays.size() * sizeof(Result));
+        cl::Kernel kernel(program_, name);
+        cl_uint i = 0;
+        for (const cl::Buffer* b : {&nodes_, &leaves_, &analytics_, &triangles_, &vertices_}) kernel.setArg(i++, *b);
+        for (int k = 0; k < 4; ++k) kernel.setArg(i++, unused_);
+        kernel.setArg(i++, info_);
+        kernel.setArg(i++, in);
+        kernel.setArg(i++, static_cast<cl_uint>(rays.size()));
+        for (const std::uint32_t e : extra) kernel.setArg(i++, e);
+        kernel.setArg(i++, out);
+        cl::Event done;
+        constexpr std::size_t kGroup = 64;
+        queue_.enqueueNDRangeKernel(kernel, 0, (items + kGroup - 1) / kGroup * kGroup, kGroup, nullptr, &done);
+        std::vector<Result> results(rays.size());
+        queue_.enqueueReadBuffer(out, true, 0, results.size() * sizeof(Result), results.data());
+        seconds_ = 1e-9 * static_cast<double>(done.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
+                                              done.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+        return results;
+    }
+
+private:
+    template <class T>
+    cl::Buffer upload(const std::vector<T>& v) {
+        if (v.empty()) return cl::Buffer(context_, CL_MEM_READ_ONLY, 512);
+        cl::Buffer b(context_, CL_MEM_READ_ONLY, v.size() * sizeof(T));
+        queue_.enqueueWriteBuffer(b, true, 0, v.size() * sizeof(T), v.data());
+        return b;
+    }
+
+    std::uint32_t tile_;
+    cl::Context context_;
+    cl::CommandQueue queue_;
+    cl::Program program_;
+    cl::Buffer nodes_, leaves_, analytics_, triangles_, vertices_, info_, unused_;
+    double seconds_ = 0;
+};
+
+}  // namespace irradia::testing
