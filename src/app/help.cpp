@@ -36,16 +36,17 @@ std::string HelpFormatter::make_usage(const CLI::App* app, std::string name) con
     return "\nUsage: " + name + " " + app->get_option_no_throw("--help")->get_option_text() + "\n";
 }
 
-std::string HelpFormatter::make_groups(const CLI::App* app, CLI::AppFormatMode) const {
+std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const {
     std::vector<std::string> groups = app->get_groups();
+    // --help and --version are declared first and belong at the end.
     std::stable_partition(groups.begin(), groups.end(), [](const std::string& group) { return group != "Other"; });
-    std::string out;
+    std::string out = make_description(app) + make_usage(app, name) + make_positionals(app);
     for (const std::string& group : groups) {
         const std::vector<const CLI::Option*> options = app->get_options(
             [&](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
         if (!group.empty() && !options.empty()) out += make_group(group, false, options);
     }
-    return out;
+    return out + "\n" + make_footer(app);
 }
 
 std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {

@@ -13,7 +13,7 @@ class HelpFormatter : public CLI::Formatter {
 public:
     HelpFormatter() { column_width(30); }
     std::string make_usage(const CLI::App* app, std::string name) const override;
-    std::string make_groups(const CLI::App* app, CLI::AppFormatMode mode) const override;  // "Other" last
+    std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
     std::string make_option_opts(const CLI::Option* option) const override;
     std::string make_option_desc(const CLI::Option* option) const override;
 };

@@ -1,0 +1,31 @@
+#include "app/film_size.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "irradia/Error.h"
+
+namespace irradia::app {
+
+void set_film_size(Scene& scene, int width, int height) {
+    if (width == 0 && height == 0) return;
+    shared::SceneInfo& info = scene.info;
+    const double old_width = info.width, old_height = info.height;
+    const double width_for_height = std::max(1.0, std::round(height * old_width / old_height));
+    const double height_for_width = std::max(1.0, std::round(width * old_height / old_width));
+    if (width == 0) width = static_cast<int>(width_for_height);
+    if (height == 0) height = static_cast<int>(height_for_width);
+    if (width != static_cast<int>(std::max(1.0, std::round(height * old_width / old_height))) &&
+        height != static_cast<int>(std::max(1.0, std::round(width * old_height / old_width))))
+        throw Error(scene.source + ": is packed for " + std::to_string(info.width) + " x " +
+                    std::to_string(info.height) + " pixels, expected a picture of that shape, not " +
+                    std::to_string(width) + " x " + std::to_string(height) + "; pack the scene again at that size");
+    info.width = static_cast<shared::uint>(width);
+    info.height = static_cast<shared::uint>(height);
+    // The view is given over the unit square, so only a pixel's edge changes (geometric mean of both edges).
+    info.camera.pixel_size *=
+        static_cast<float>(std::sqrt(old_width * old_height / (static_cast<double>(width) * height)));
+}
+
+}  // namespace irradia::app

@@ -1,0 +1,278 @@
+#include "app/options.h"
+
+#include <algorithm>
+#include <charconv>
+#include <iostream>
+#include <sstream>
+
+#include "app/help.h"
+#include "app/output.h"
+
+namespace irradia::app {
+
+const Names<Method>& method_names() {
+    static const Names<Method> names = {
+        {Method::irradiance, "irradiance"}, {Method::gather, "gather"}, {Method::path, "path"}};
+    return names;
+}
+const Names<GradientRule>& gradient_names() {
+    static const Names<GradientRule> names = {
+        {GradientRule::none, "none"}, {GradientRule::ward, "ward"}, {GradientRule::crease, "crease"}};
+    return names;
+}
+const Names<RadiusRule>& radius_names() {
+    static const Names<RadiusRule> names = {
+        {RadiusRule::harmonic, "harmonic"}, {RadiusRule::minimum, "minimum"}, {RadiusRule::hessian, "hessian"}};
+    return names;
+}
+const Names<WeightRule>& weight_names() {
+    static const Names<WeightRule> names = {{WeightRule::ward, "ward"}, {WeightRule::tabellion, "tabellion"}};
+    return names;
+}
+
+namespace {
+
+std::string text(double value) {
+    std::ostringstream out;
+    out << value;
+    return out.str();
+}
+
+std::string join(const std::vector<std::string>& parts, const char* between) {
+    std::string out;
+    for (const std::string& part : parts) out += (out.empty() ? "" : between) + part;
+    return out;
+}
+
+/// Adds options to one group of --help.
+class Group {
+public:
+    Group(CLI::App& app, std::string name) : app_(app), name_(std::move(name)) {}
+
+    template <class T>
+    CLI::Option* value(const std::string& names, T& target, const std::string& unit, const std::string& help) {
+        return app_.add_option(names, target, help)->type_name(unit)->group(name_);
+    }
+
+    /// May be given several times, with one value each.
+    CLI::Option* list(const std::string& names, std::vector<std::string>& target, const std::string& unit,
+                      const std::string& help) {
+        return value(names, target, unit, help)->allow_extra_args(false);
+    }
+
+    template <class E>
+    CLI::Option* choice(const std::string& names, E& target, const Names<E>& values, const std::string& help) {
+        std::vector<std::string> words;
+        for (const auto& [v, word] : values) words.push_back(word);
+        const std::string all = join(words, "|");
+        const auto check = [words, all](const std::string& given) {
+            return std::find(words.begin(), words.end(), given) != words.end() ? std::string()
+                                                                               : "'" + given + "' is not one of " + all;
+        };
+        const auto set = [&target, &values](const std::string& given) {
+            for (const auto& [v, word] : values)
+                if (word == given) target = v;
+        };
+        return app_.add_option_function<std::string>(names, set, help)
+            ->check(check)
+            ->type_name(all)
+            ->default_str(name_of(values, target))
+            ->group(name_);
+    }
+
+    CLI::Option* flag(const std::string& names, bool& target, const std::string& help) {
+        return app_.add_flag(names, target, help)->group(name_);
+    }
+
+    /// `--no-x`: clears `target`, which is on by default.
+    CLI::Option* off(const std::string& name, bool& target, const std::string& help) {
+        return app_
+            .add_flag_callback(
+                name, [&target] { target = false; }, help)
+            ->group(name_);
+    }
+
+private:
+    CLI::App& app_;
+    std::string name_;
+};
+
+// "16x64" -> 16, 64.
+std::string read_hemisphere(const std::string& given, int& m, int& n) {
+    const char* const end = given.data() + given.size();
+    int rings = 0, sectors = 0;
+    const auto first = std::from_chars(given.data(), end, rings);
+    if (first.ec == std::errc() && first.ptr != end && (*first.ptr == 'x' || *first.ptr == 'X')) {
+        const auto second = std::from_chars(first.ptr + 1, end, sectors);
+        if (second.ec == std::errc() && second.ptr == end && rings > 0 && sectors > 0) {
+            m = rings;
+            n = sectors;
+            return "";
+        }
+    }
+    return "'" + given + "' is not MxN: two whole numbers above 0, for example 16x64";
+}
+
+void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines) {
+    app.add_option("SCENE", o.scene, "A Mitsuba 3 scene file (.xml), or a packed scene that --pack wrote");
+    Group files(app, "Files");
+    files.list("-o,--output", o.outputs, "FILE",
+               "Picture to write; may be repeated. Kind by extension: " + output_kinds() +
+                   ". An older file is replaced "
+                   "only once the new one is complete");
+    files.value("--exposure", o.exposure, "STOPS", "PNG only: brightness, times 2^STOPS")->capture_default_str();
+    files
+        .value("--aov", o.settings.aovs, "LIST",
+               "Layers to add to an EXR, separated by commas, or `all`: " + join(aov_names(), ", "))
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check([](const std::string& given) {
+            const auto& names = aov_names();
+            return given == "all" || std::find(names.begin(), names.end(), given) != names.end()
+                       ? std::string()
+                       : "'" + given + "' is not one of all, " + join(names, ", ");
+        });
+    files.value("--stats", o.stats, "FILE.json",
+                "Write times of every stage, rays by kind, records, octree, peak memory, settings, device");
+    files.value("--pack", o.pack, "FILE",
+                "Write the loaded scene, ready to render, into one file; renders only if -o is given too");
+
+    Group scene(app, "Scene");
+    scene
+        .value("--width", o.width, "PIXELS",
+               "Width of the picture [the scene's]; with one of --width and --height the "
+               "other follows the scene's shape")
+        ->check(CLI::Range(1, 1 << 16));
+    scene.value("--height", o.height, "PIXELS", "Height of the picture [the scene's]")->check(CLI::Range(1, 1 << 16));
+    scene.list("-D,--define", defines, "NAME=VALUE", "Value of $NAME in the scene file; may be repeated");
+    scene.flag("--lenient", o.lenient,
+               "Replace what is not supported by a stated substitute, with a warning, instead of stopping");
+}
+
+void declare_rendering(CLI::App& app, Options& o) {
+    RenderSettings& s = o.settings;
+    Group picture(app, "Picture");
+    picture.choice("--method", s.method, method_names(),
+                   "irradiance: irradiance caching, indirect light computed at few points and interpolated; gather: a "
+                   "hemisphere at every sample, no cache; path: unbiased path tracing, the judge of both");
+    picture.value("--spp", s.spp, "N", "Samples a pixel [the scene's]; noise falls as 1/sqrt(N)")
+        ->check(CLI::Range(1, 1 << 30));
+    picture
+        .value("--max-depth", s.max_depth, "N",
+               "Longest path, in edges: 1 emitters only, 2 and direct light, 3 and one bounce; -1 unlimited")
+        ->check([](const std::string& given) {
+            int depth = 0;
+            const auto read = std::from_chars(given.data(), given.data() + given.size(), depth);
+            const bool whole = read.ec == std::errc() && read.ptr == given.data() + given.size();
+            return whole && (depth == -1 || depth >= 1) ? std::string()
+                                                        : "'" + given + "' is not -1 or a whole number above 0";
+        })
+        ->capture_default_str();
+    picture.value("--seed", s.seed, "N", "Random seed: the same seed, device and options give the same picture")
+        ->capture_default_str();
+
+    Group cache(app, "Irradiance caching");
+    cache
+        .value("--accuracy", s.accuracy, "A",
+               "Error allowed in interpolation, `a` of (1.8); records, and time, grow as 1/A^2")
+        ->check(CLI::PositiveNumber)
+        ->default_str(text(s.accuracy));
+    // --hemisphere also sets what --method gather computes at each sample.
+    app.add_option_function<std::string>(
+           "--hemisphere", [&s](const std::string& given) { read_hemisphere(given, s.hemisphere_m, s.hemisphere_n); },
+           "Directions of a hemisphere: M rings of N sectors, N near pi M; also for --method gather")
+        ->check([](const std::string& given) {
+            int m = 0, n = 0;
+            return read_hemisphere(given, m, n);
+        })
+        ->type_name("MxN")
+        ->default_str(std::to_string(s.hemisphere_m) + "x" + std::to_string(s.hemisphere_n))
+        ->group("Irradiance caching");
+    cache.value("--min-spacing", s.min_spacing, "PIXELS", "Least radius of a record on the screen")
+        ->check(CLI::NonNegativeNumber)
+        ->default_str(text(s.min_spacing));
+    cache.value("--max-spacing", s.max_spacing, "PIXELS", "Largest radius of a record on the screen")
+        ->check(CLI::PositiveNumber)
+        ->default_str(text(s.max_spacing));
+    cache.choice("--gradients", s.gradients, gradient_names(),
+                 "How irradiance is carried from a record to a point: none, Ward and Heckbert's translational "
+                 "gradient, or the crease rule");
+    cache.choice("--radius", s.radius, radius_names(),
+                 "How far a record reaches: harmonic mean distance (1.14), least distance (1.15), or from the second "
+                 "derivative of irradiance");
+    cache.choice("--weight", s.weight, weight_names(), "Weight of a record: Ward's (1.8) or Tabellion's (1.11)");
+    cache.off("--no-neighbour-clamp", s.neighbour_clamp,
+              "Let a record reach further than its neighbours' radii and distances allow");
+    cache.off("--no-gradient-limit", s.gradient_limit, "Let a record reach further than E / |gradient|");
+    cache.off("--no-in-front", s.in_front, "Use records that lie in front of the point (1.10)");
+    cache.off("--no-share-lookups", s.share_lookups,
+              "Look into the cache for every sample, not once for the samples of a pixel on one smooth patch");
+}
+
+void declare_device(CLI::App& app, Options& o, std::string& traversal) {
+    Group device(app, "Device");
+    device.value("--device", o.device.select, "NAME|INDEX",
+                 "OpenCL device: number of --list-devices or part of its name [a GPU if there is one, else the CPU]");
+    device.flag("--list-devices", o.list_devices, "Print the OpenCL devices and stop");
+    device.value("--threads", o.device.threads, "N", "CPU devices and scene building: threads; 0 all")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    device
+        .value("--traversal", traversal, "auto|cpu|gpu",
+               "Shape of the hierarchy rays are traced through: packets on an 8-wide tree (cpu), single rays on a "
+               "binary tree (gpu); auto: by the kind of device")
+        ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
+        ->capture_default_str();
+
+    Group messages(app, "Messages");
+    CLI::Option* quiet = messages.flag("-q,--quiet", o.quiet, "Print errors only");
+    messages.flag("-v,--verbose", o.verbose, "Print what was loaded, the device, and the time of every stage")
+        ->excludes(quiet);
+}
+
+const char* const kFooter =
+    "Examples\n"
+    "  render scenes/cornell-box.xml -o cornell.exr\n"
+    "  render scene.xml -o a.exr -o a.png --exposure 1 --spp 64 --accuracy 0.1 --aov indirect,records\n"
+    "  render scene.xml -o reference.exr --method path --spp 10000 --seed 7\n"
+    "  render scene.xml --pack scene.irradia && render scene.irradia -o a.pfm --device nvidia\n"
+    "  render scene.xml -o small.png --width 320 -D spp=16 --stats stats.json\n\n"
+    "Exit status: 0 done, 1 bad input (scene, file, device), 2 wrong command line.";
+
+int complain(const std::string& what) {
+    std::cerr << "render: " << what << " (render --help lists the options)\n";
+    return kBadCommandLine;
+}
+
+}  // namespace
+
+int parse_options(int argc, const char* const* argv, Options& o) {
+    CLI::App app("Renders a Mitsuba 3 scene by irradiance caching in OpenCL.", "render");
+    set_up(app, "SCENE -o OUT [-o OUT2 ...] [options]");
+    std::vector<std::string> defines;
+    std::string traversal = "auto";
+    declare_files(app, o, defines);
+    declare_rendering(app, o);
+    declare_device(app, o, traversal);
+    app.footer(kFooter);
+    if (const int status = parse(app, argc, argv); status >= 0) return status;
+    if (o.list_devices) return -1;
+
+    if (o.scene.empty()) return complain("no SCENE given");
+    if (o.outputs.empty() && o.pack.empty()) return complain("nothing to write: give -o OUT.exr");
+    for (const std::string& define : defines) {
+        const std::size_t equals = define.find('=');
+        if (equals == 0 || equals == std::string::npos)
+            return complain("-D " + define + ": expected NAME=VALUE, for example -D spp=16");
+        o.defines[define.substr(0, equals)] = define.substr(equals + 1);
+    }
+    RenderSettings& s = o.settings;
+    if (s.min_spacing > s.max_spacing)
+        return complain("--min-spacing " + text(s.min_spacing) + " is larger than --max-spacing " +
+                        text(s.max_spacing));
+    if (std::find(s.aovs.begin(), s.aovs.end(), "all") != s.aovs.end()) s.aovs = aov_names();
+    o.device.traversal = traversal == "auto" ? "" : traversal;
+    return -1;
+}
+
+}  // namespace irradia::app

@@ -1,0 +1,45 @@
+// The command line of `render`.
+#pragma once
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "irradia/Device.h"
+#include "irradia/Renderer.h"
+
+namespace irradia::app {
+
+struct Options {
+    std::string scene;                 ///< Mitsuba XML or packed scene
+    std::vector<std::string> outputs;  ///< kind by extension
+    std::string pack, stats;           ///< files to write besides; "" = none
+    RenderSettings settings;
+    DeviceOptions device;
+    std::map<std::string, std::string> defines;  ///< -D name=value
+    int width = 0, height = 0;                   ///< pixels; 0 = the scene's
+    double exposure = 0;                         ///< stops, PNG only
+    bool lenient = false, quiet = false, verbose = false, list_devices = false;
+};
+
+/// A value of an enumeration and what it is called on the command line and in files.
+template <class E>
+using Names = std::vector<std::pair<E, std::string>>;
+
+const Names<Method>& method_names();
+const Names<GradientRule>& gradient_names();
+const Names<RadiusRule>& radius_names();
+const Names<WeightRule>& weight_names();
+
+template <class E>
+const std::string& name_of(const Names<E>& names, E value) {
+    for (const auto& [v, name] : names)
+        if (v == value) return name;
+    return names.front().second;
+}
+
+/// Reads the command line. Returns -1 to go on, or the status to exit with at once (0 after --help, 2 after one
+/// line on stderr that says what is wrong).
+int parse_options(int argc, const char* const* argv, Options& options);
+
+}  // namespace irradia::app

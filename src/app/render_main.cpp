@@ -1,0 +1,184 @@
+// render: a scene file in, pictures out.
+#include <chrono>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <sstream>
+
+#include "app/film_size.h"
+#include "app/help.h"
+#include "app/options.h"
+#include "app/output.h"
+#include "app/progress.h"
+#include "app/stats.h"
+#include "irradia/Error.h"
+#include "irradia/PackedScene.h"
+#ifndef IRRADIA_MINIMAL
+#include "irradia/Accel.h"
+#include "irradia/SceneLoader.h"
+#endif
+
+namespace irradia::app {
+namespace {
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// Lines on stderr: news with --verbose, warnings unless --quiet.
+struct Messages {
+    const Options& options;
+    void warn(const std::string& text) const {
+        if (!options.quiet) std::cerr << "render: warning: " << text << '\n';
+    }
+    void say(const std::string& text) const {
+        if (!options.quiet) std::cerr << "render: " << text << '\n';
+    }
+    void detail(const std::string& text) const {
+        if (options.verbose) std::cerr << "render: " << text << '\n';
+    }
+};
+
+void print_devices() {
+    const std::vector<DeviceDescription> devices = list_devices();
+    if (devices.empty())
+        throw Error("no OpenCL device: install a driver, for example Debian's pocl-opencl-icd for the CPU");
+    for (const DeviceDescription& d : devices)
+        std::cout << d.index << ": " << d.name << " (" << d.platform << ", " << d.driver << "), "
+                  << (d.is_cpu ? "CPU, " : "") << d.compute_units << " compute units, " << (d.global_memory >> 20)
+                  << " MiB, " << (d.local_memory >> 10) << " KiB local\n";
+}
+
+// `accel_seconds` receives the part of the time that went into the hierarchy.
+Scene open_scene(const Options& o, const Messages& messages, double& accel_seconds) {
+    accel_seconds = 0;
+    if (is_packed_scene(o.scene)) {
+        if (!o.defines.empty())
+            throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
+        Scene scene = read_packed_scene(o.scene);
+        scene.source = o.scene;
+        set_film_size(scene, o.width, o.height);
+        return scene;
+    }
+#ifdef IRRADIA_MINIMAL
+    (void)messages;
+    throw Error(o.scene + ": is not a packed scene, expected one (render SCENE.xml --pack FILE on a full build)");
+#else
+    LoadOptions load;
+    load.defines = o.defines;
+    load.lenient = o.lenient;
+    const bool both = o.width > 0 && o.height > 0;  // then the shape may change, which only the loader can do
+    load.width = both ? o.width : 0;
+    load.height = both ? o.height : 0;
+    load.warn = [&](const std::string& text) { messages.warn(text); };
+    Scene scene = load_scene(o.scene, load);
+    if (!both) set_film_size(scene, o.width, o.height);
+    const double began = now();
+    build_accel(scene, o.device.threads);
+    accel_seconds = now() - began;
+    return scene;
+#endif
+}
+
+std::string scene_text(const Scene& scene, double seconds) {
+    std::ostringstream out;
+    out << scene.source << ": " << scene.info.width << " x " << scene.info.height << " pixels, "
+        << count_text(static_cast<double>(scene.triangles.size())) << " triangles, " << scene.analytics.size()
+        << " spheres and disks, " << scene.lights.size() << " emitters, " << scene.textures.size()
+        << " textures, read in " << time_text(seconds);
+    return out.str();
+}
+
+std::string done_text(const Options& o, const RenderResult& result) {
+    std::ostringstream out;
+    for (const std::string& path : o.outputs) out << (path == o.outputs.front() ? "wrote " : ", ") << path;
+    out << ": " << result.image.width << " x " << result.image.height << ", " << result.statistics.spp
+        << " samples a pixel, " << name_of(method_names(), o.settings.method) << ", "
+        << time_text(result.statistics.seconds);
+    if (result.statistics.records > 0)
+        out << ", " << count_text(static_cast<double>(result.statistics.records)) << " records";
+    return out.str();
+}
+
+void render_and_write(const Options& o, const Messages& messages, const Scene& scene, Device& device, double began,
+                      double load_seconds, double accel_seconds) {
+    ProgressPrinter printer(std::cerr, terminal_columns());
+    ProgressCallback callback;
+    if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
+    RenderResult result = [&] {
+        try {
+            return render(scene, device, o.settings, callback);
+        } catch (...) {
+            printer.clear();
+            throw;
+        }
+    }();
+    printer.clear();
+
+    Run run{o,
+            scene,
+            device.description(),
+            device.cpu_traversal(),
+            device.peak_memory(),
+            result.statistics,
+            load_seconds,
+            accel_seconds};
+    for (auto& [key, value] : picture_metadata(run)) result.image.metadata[key] = value;
+    const double write_began = now();
+    for (const std::string& path : o.outputs) save_picture(path, result.image, o.exposure);
+    run.write_seconds = now() - write_began;
+    run.total_seconds = now() - began;
+    if (!o.stats.empty()) save_text(o.stats, stats_json(run));
+    messages.say(done_text(o, result));
+    if (o.verbose) std::cerr << stats_table(run);
+}
+
+void run(const Options& o) {
+    const double began = now();
+    const Messages messages{o};
+    if (o.list_devices) return print_devices();
+
+    // What cannot be written is found now, not after an hour of rendering.
+    bool exr = false;
+    for (const std::string& path : o.outputs) {
+        check_picture_path(path);
+        exr = exr || path.ends_with(".exr") || path.ends_with(".EXR");
+    }
+    if (!o.stats.empty()) check_writable(o.stats);
+    if (!o.pack.empty()) check_writable(o.pack);
+    if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
+
+    double accel_seconds = 0;
+    const Scene scene = open_scene(o, messages, accel_seconds);
+    const double load_seconds = now() - began - accel_seconds;
+    messages.detail(scene_text(scene, load_seconds) + ", hierarchy in " + time_text(accel_seconds));
+    if (!o.pack.empty()) {
+        write_packed_scene(o.pack, scene);
+        messages.say("wrote " + o.pack + ": packed scene");
+    }
+    if (o.outputs.empty()) return;
+
+    Device device(o.device);
+    messages.detail("device " + std::to_string(device.description().index) + ": " + device.description().name + " (" +
+                    device.description().platform + "), " + (device.cpu_traversal() ? "cpu" : "gpu") + " traversal");
+    render_and_write(o, messages, scene, device, began, load_seconds, accel_seconds);
+}
+
+}  // namespace
+}  // namespace irradia::app
+
+int main(int argc, char** argv) {
+    namespace app = irradia::app;
+    app::Options options;
+    if (const int status = app::parse_options(argc, argv, options); status >= 0) return status;
+    try {
+        app::run(options);
+        return 0;
+    } catch (const irradia::Error& error) {
+        std::cerr << "render: " << error.what() << '\n';
+        return error.exit_status();
+    } catch (const std::bad_alloc&) {
+        std::cerr << "render: out of memory\n";
+    } catch (const std::exception& error) {
+        std::cerr << "render: " << error.what() << '\n';
+    }
+    return app::kBadInput;
+}

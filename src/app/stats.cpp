@@ -1,0 +1,158 @@
+#include "app/stats.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+#include "app/progress.h"
+
+namespace irradia::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string number(double value) {
+    std::ostringstream out;
+    out << value;
+    return out.str();
+}
+
+// A float as its decimal text reads: 0.2, not 0.20000000298.
+double plain(float value) { return std::stod(number(static_cast<double>(value))); }
+
+Json settings_json(const Options& o, int spp) {
+    const RenderSettings& s = o.settings;
+    return {{"method", name_of(method_names(), s.method)},
+            {"spp", spp},
+            {"max_depth", s.max_depth},
+            {"seed", s.seed},
+            {"accuracy", plain(s.accuracy)},
+            {"hemisphere_m", s.hemisphere_m},
+            {"hemisphere_n", s.hemisphere_n},
+            {"min_spacing", plain(s.min_spacing)},
+            {"max_spacing", plain(s.max_spacing)},
+            {"gradients", name_of(gradient_names(), s.gradients)},
+            {"radius", name_of(radius_names(), s.radius)},
+            {"weight", name_of(weight_names(), s.weight)},
+            {"neighbour_clamp", s.neighbour_clamp},
+            {"gradient_limit", s.gradient_limit},
+            {"in_front", s.in_front},
+            {"share_lookups", s.share_lookups},
+            {"aovs", s.aovs}};
+}
+
+Json device_json(const Run& r) {
+    return {{"index", r.device.index},
+            {"name", r.device.name},
+            {"platform", r.device.platform},
+            {"driver", r.device.driver},
+            {"kind", r.device.is_cpu ? "cpu" : "other"},
+            {"compute_units", r.device.compute_units},
+            {"threads", r.options.device.threads},
+            {"traversal", r.cpu_traversal ? "cpu" : "gpu"}};
+}
+
+std::uint64_t total_rays(const RenderStatistics& s) {
+    std::uint64_t total = 0;
+    for (const auto& [kind, rays] : s.rays) total += rays;
+    return total;
+}
+
+}  // namespace
+
+std::uint64_t peak_host_memory() {
+    rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
+}
+
+std::string stats_json(const Run& r) {
+    const RenderStatistics& s = r.statistics;
+    Json stages = Json::object(), rays = Json::object();
+    for (const auto& [name, time] : s.stages) stages[name] = {{"seconds", time.seconds}, {"launches", time.launches}};
+    for (const auto& [kind, count] : s.rays) rays[kind] = count;
+    rays["total"] = total_rays(s);
+    rays["per_second"] = s.seconds > 0 ? static_cast<double>(total_rays(s)) / s.seconds : 0.0;
+    const Json j = {{"irradia", IRRADIA_VERSION},
+                    {"scene",
+                     {{"file", r.scene.source},
+                      {"width", r.scene.info.width},
+                      {"height", r.scene.info.height},
+                      {"triangles", r.scene.triangles.size()},
+                      {"analytic_primitives", r.scene.analytics.size()},
+                      {"materials", r.scene.materials.size()},
+                      {"textures", r.scene.textures.size()},
+                      {"lights", r.scene.lights.size()}}},
+                    {"settings", settings_json(r.options, s.spp)},
+                    {"device", device_json(r)},
+                    {"wall_seconds",
+                     {{"load", r.load_seconds},
+                      {"accel", r.accel_seconds},
+                      {"render", s.seconds},
+                      {"write", r.write_seconds},
+                      {"total", r.total_seconds}}},
+                    {"phase_seconds", s.phases},
+                    {"stages", stages},
+                    {"rays", rays},
+                    {"records", s.records},
+                    {"octree",
+                     {{"nodes", s.octree_nodes},
+                      {"entries", s.octree_entries},
+                      {"depth", s.octree_depth},
+                      {"growths", s.octree_growths}}},
+                    {"iterations", s.iterations},
+                    {"memory", {{"host_peak_bytes", peak_host_memory()}, {"device_peak_bytes", r.device_peak_bytes}}}};
+    return j.dump(2) + "\n";
+}
+
+std::map<std::string, std::string> picture_metadata(const Run& r) {
+    std::map<std::string, std::string> out;
+    const auto add = [&](const std::string& key, const Json& value) {
+        out["irradia." + key] = value.is_string() ? value.get<std::string>() : value.dump();
+    };
+    add("version", IRRADIA_VERSION);
+    add("scene", r.scene.source);
+    const Json settings = settings_json(r.options, r.statistics.spp);
+    for (const auto& [key, value] : settings.items()) add(key, value);
+    add("device", r.device.name);
+    add("platform", r.device.platform);
+    add("driver", r.device.driver);
+    add("traversal", r.cpu_traversal ? "cpu" : "gpu");
+    add("records", r.statistics.records);
+    add("rays", total_rays(r.statistics));
+    add("render_seconds", number(r.statistics.seconds));
+    for (const auto& [phase, seconds] : r.statistics.phases) add(phase + "_seconds", number(seconds));
+    return out;
+}
+
+std::string stats_table(const Run& r) {
+    const RenderStatistics& s = r.statistics;
+    std::ostringstream out;
+    std::vector<std::pair<std::string, StageTime>> stages(s.stages.begin(), s.stages.end());
+    std::stable_sort(stages.begin(), stages.end(),
+                     [](const auto& a, const auto& b) { return a.second.seconds > b.second.seconds; });
+    const auto line = [&](const std::string& name, const std::string& value) {
+        out << "  " << name << std::string(name.size() < 24 ? 24 - name.size() : 1, ' ') << value << '\n';
+    };
+    out << "device time\n";
+    for (const auto& [name, time] : stages)
+        line(name, number(time.seconds) + " s in " + count_text(static_cast<double>(time.launches)) + " launches");
+    out << "rays\n";
+    for (const auto& [kind, count] : s.rays) line(kind, count_text(static_cast<double>(count)));
+    if (s.records > 0) {
+        out << "cache\n";
+        line("records", count_text(static_cast<double>(s.records)) + " in " +
+                            count_text(static_cast<double>(s.iterations)) + " iterations");
+        line("octree", count_text(static_cast<double>(s.octree_nodes)) + " nodes, depth " +
+                           std::to_string(s.octree_depth) + ", grown " + std::to_string(s.octree_growths) + " times");
+    }
+    out << "peak memory\n";
+    line("host", number(static_cast<double>(peak_host_memory() >> 20)) + " MiB");
+    line("device buffers", number(static_cast<double>(r.device_peak_bytes >> 20)) + " MiB");
+    return out.str();
+}
+
+}  // namespace irradia::app

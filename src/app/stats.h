@@ -1,0 +1,34 @@
+// What --stats writes, what goes into a picture's metadata, and the table of --verbose.
+#pragma once
+#include <map>
+#include <string>
+
+#include "app/options.h"
+#include "irradia/Scene.h"
+
+namespace irradia::app {
+
+/// Facts of one run, gathered by render_main.
+struct Run {
+    const Options& options;
+    const Scene& scene;
+    const DeviceDescription& device;
+    bool cpu_traversal = false;
+    std::uint64_t device_peak_bytes = 0;
+    const RenderStatistics& statistics;
+    double load_seconds = 0, accel_seconds = 0, write_seconds = 0, total_seconds = 0;  ///< wall
+};
+
+/// Everything, as indented JSON.
+std::string stats_json(const Run& run);
+
+/// Method, parameters, seed, device, version and times, as text by key ("irradia.method").
+std::map<std::string, std::string> picture_metadata(const Run& run);
+
+/// Device time by stage, rays by kind, memory: several lines.
+std::string stats_table(const Run& run);
+
+/// Largest resident set of this process so far, bytes.
+std::uint64_t peak_host_memory();
+
+}  // namespace irradia::app
