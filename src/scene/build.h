@@ -1,0 +1,125 @@
+// What the parts of the loader hand to each other: world space, double precision; load_scene.cpp rounds at the end.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "irradia/Scene.h"
+#include "scene/properties.h"
+
+namespace irradia::loader {
+
+// ---- meshes -----------------------------------------------------------------------------------------------------
+struct Mesh {
+    std::vector<glm::dvec3> positions;
+    std::vector<glm::dvec3> normals;  // as many as positions, or none
+    std::vector<glm::dvec2> uvs;      // as many as positions, or none
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+/// Reads a mesh file as it stands (no transform, v not flipped). Throws Error "file: ..." without the scene's line.
+Mesh read_ply(const std::string& path);
+Mesh read_obj(const std::string& path);
+/// Every position, normal and texture coordinate finite, every index in range, at least one triangle. Throws Error.
+void check_mesh(const std::string& path, const Mesh& mesh);
+/// Angle-weighted vertex normals (Thuermer and Wuethrich), as Mitsuba computes them where a file has none.
+/// Only vertices whose normal is zero are filled; `mesh.normals` is sized if it was empty.
+void fill_normals(Mesh& mesh);
+
+// ---- materials and textures -------------------------------------------------------------------------------------
+struct TextureSpec {
+    std::string path;
+    bool raw = false;
+    std::uint32_t wrap = IR_WRAP_REPEAT, filter = IR_FILTER_BILINEAR;
+    glm::dmat4 to_uv{1.0};
+    const Node* node = nullptr;
+};
+/// Bitmaps of a scene, each file and setting once; read in parallel at the end.
+class TextureTable {
+public:
+    int add(const TextureSpec& spec);
+    /// Reads all, appends to scene.textures and scene.texels.
+    void load(const Context& context, Scene& scene) const;
+
+private:
+    std::vector<TextureSpec> specs_;
+};
+/// Mean linear colour of a picture file, each row weighted by `row_weight(y in (0,1))`; for substitutes.
+glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, double (*row_weight)(double));
+
+class MaterialTable {
+public:
+    MaterialTable(const Context& context, const Document& document, TextureTable& textures)
+        : context_(context), document_(document), textures_(textures) {}
+    /// Index of the material of a <bsdf>; the same element always gives the same index. Null: Mitsuba's default, diffuse .5.
+    /// No value: the surface is to be left out (lenient substitutes only).
+    std::optional<std::uint32_t> material(const Node* bsdf);
+    std::vector<shared::Material> materials;
+
+private:
+    struct Reflectance {
+        glm::dvec3 colour{0.5};
+        int texture = IR_NO_TEXTURE;
+    };
+    struct Surface {
+        Reflectance reflectance;
+        bool twosided = false, left_out = false;
+    };
+    Surface surface(const Node& bsdf, int depth);
+    Surface substitute(const Node& bsdf, int depth);
+    Reflectance reflectance(Properties& p, const std::string& name, const glm::dvec3& fallback);
+    Reflectance texture(const Node& node);
+    glm::dvec3 checked(const Node& node, const glm::dvec3& colour) const;
+
+    const Context& context_;
+    const Document& document_;
+    TextureTable& textures_;
+    std::unordered_map<const Node*, std::optional<std::uint32_t>> known_;
+    std::optional<std::uint32_t> default_;
+};
+
+// ---- shapes -----------------------------------------------------------------------------------------------------
+enum class ShapeKind { mesh, rectangle, sphere, disk };
+/// A shape in world space.
+struct Shape {
+    const Node* node = nullptr;
+    ShapeKind kind = ShapeKind::mesh;
+    std::uint32_t material = 0;
+    std::optional<glm::dvec3> radiance;  // area emitter, W·m⁻²·sr⁻¹
+
+    Mesh mesh;                            // mesh, rectangle (4 corners in order, 2 triangles)
+    std::vector<glm::dvec3> face_normals; // unit, one a triangle, on the side the surface faces
+    bool flat = false;                    // mesh.normals are not to be used
+    glm::dvec3 centre{0.0};               // sphere, disk
+    glm::dvec3 axis_u{0.0}, axis_v{0.0};  // disk: half axes; sphere: unit x and z axis of the uv frame
+    glm::dvec3 normal{0.0};               // disk
+    double radius = 0.0, sign = 1.0;      // sphere; sign -1: normals point inward
+};
+/// Every shape of the scene in file order, meshes read in parallel.
+std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials);
+
+// ---- lights and camera ------------------------------------------------------------------------------------------
+/// A point, directional or constant light, in world space. `position` holds the direction of a directional light.
+struct FreeLight {
+    std::uint32_t kind = IR_LIGHT_POINT;
+    glm::dvec3 position{0.0}, colour{0.0};
+};
+/// The radiance of a shape's <emitter>; no value if it is to be ignored (lenient).
+std::optional<glm::dvec3> read_area_emitter(const Context& context, const Document& document, const Node& emitter);
+/// The top-level emitters.
+std::vector<FreeLight> read_free_lights(const Context& context, const Document& document);
+/// Sets probability and cdf by power; `radius` = the scene's bounding sphere, for lights from outside.
+void set_selection_probabilities(std::vector<shared::Light>& lights, double radius);
+
+/// The camera in world space: direction through film (x, y) = corner + x dx + y dy, unit depth along `forward`.
+struct CameraFrame {
+    glm::dvec3 origin{0.0}, corner{0.0}, dx{0.0}, dy{0.0}, forward{0.0};
+    double near_clip = 0.01, far_clip = 1e4;
+};
+/// Reads the sensor; sets film size, reconstruction filter and sample_count of `scene`.
+CameraFrame read_sensor(const Context& context, const Document& document, Scene& scene);
+
+}  // namespace irradia::loader

@@ -1,0 +1,241 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "scene/build.h"
+
+namespace irradia {
+namespace loader {
+namespace {
+
+/// The parts of a scene, put together and rounded.
+class Assembler {
+public:
+    Assembler(const Context& context, const Document& document, Scene& scene) : context_(context), document_(document), scene_(scene) {}
+
+    void bounds(const std::vector<Shape>& shapes) {
+        for (const auto& shape : shapes) {
+            for (const auto& t : shape.mesh.triangles)
+                for (const auto v : t) grow(shape.mesh.positions[v], glm::dvec3(0.0));
+            if (shape.kind == ShapeKind::sphere) grow(shape.centre, glm::dvec3(shape.radius));
+            if (shape.kind == ShapeKind::disk)  // extent of an ellipse along each axis
+                grow(shape.centre, glm::sqrt(shape.axis_u * shape.axis_u + shape.axis_v * shape.axis_v));
+        }
+        centre_ = 0.5 * (lo_ + hi_);
+        const double diagonal = glm::length(hi_ - lo_);
+        if (!std::isfinite(diagonal) || diagonal > 1e18)
+            throw Error(fmt::format("{}: the scene is {} units across, too large for single precision", document_.files.front(), diagonal));
+        scene_.centre = {centre_.x, centre_.y, centre_.z};
+        auto& info = scene_.info;
+        info.diagonal = static_cast<float>(diagonal);
+        const glm::vec3 lo(lo_ - centre_), hi(hi_ - centre_);
+        info.min_x = lo.x;
+        info.min_y = lo.y;
+        info.min_z = lo.z;
+        info.max_x = hi.x;
+        info.max_y = hi.y;
+        info.max_z = hi.z;
+    }
+
+    void add(const Shape& shape) {
+        const bool emits = shape.radiance && luminance(*shape.radiance) > 0.0;
+        if (shape.radiance && !emits)
+            context_.warn(*shape.node, fmt::format("{}: its emitter is black, it is treated as no emitter", describe(*shape.node)));
+        if (shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::disk)
+            add_analytic(shape, emits);
+        else
+            add_mesh(shape, emits);
+    }
+
+    void add(const FreeLight& light) {
+        if (!(luminance(light.colour) > 0.0)) return;
+        shared::Light l = blank(light.colour);
+        l.kind = light.kind;
+        if (light.kind == IR_LIGHT_POINT) set3(l.px, l.py, l.pz, light.position - centre_);
+        if (light.kind == IR_LIGHT_DIRECTIONAL) set3(l.nx, l.ny, l.nz, light.position);
+        scene_.lights.push_back(l);
+    }
+
+    void camera(const CameraFrame& frame) {
+        auto& c = scene_.info.camera;
+        set3(c.ox, c.oy, c.oz, frame.origin - centre_);
+        set3(c.cornerx, c.cornery, c.cornerz, frame.corner);
+        set3(c.dxx, c.dxy, c.dxz, frame.dx);
+        set3(c.dyx, c.dyy, c.dyz, frame.dy);
+        set3(c.forwardx, c.forwardy, c.forwardz, frame.forward);
+        c.near_clip = static_cast<float>(frame.near_clip);
+        c.far_clip = static_cast<float>(frame.far_clip);
+        c.pixel_size = static_cast<float>(std::sqrt(glm::length(frame.dx) / scene_.info.width * glm::length(frame.dy) / scene_.info.height));
+    }
+
+private:
+    const Context& context_;
+    const Document& document_;
+    Scene& scene_;
+    glm::dvec3 lo_{std::numeric_limits<double>::infinity()}, hi_{-std::numeric_limits<double>::infinity()}, centre_{0.0};
+
+    void grow(const glm::dvec3& p, const glm::dvec3& extent) {
+        lo_ = glm::min(lo_, p - extent);
+        hi_ = glm::max(hi_, p + extent);
+    }
+    static void set3(float& x, float& y, float& z, const glm::dvec3& v) {
+        x = static_cast<float>(v.x);
+        y = static_cast<float>(v.y);
+        z = static_cast<float>(v.z);
+    }
+    static shared::Light blank(const glm::dvec3& colour) {
+        shared::Light light{};
+        set3(light.r, light.g, light.b, colour);
+        return light;
+    }
+    int light(const Shape& shape, std::uint32_t kind, const glm::dvec3& p, const glm::dvec3& e1, const glm::dvec3& e2,
+              const glm::dvec3& n, double area) {
+        if (!(static_cast<float>(area) > 0.0f)) fail(*shape.node, fmt::format("{}: the emitter has no area", describe(*shape.node)));
+        shared::Light l = blank(*shape.radiance);
+        l.kind = kind;
+        set3(l.px, l.py, l.pz, p - centre_);
+        set3(l.e1x, l.e1y, l.e1z, e1);
+        set3(l.e2x, l.e2y, l.e2z, e2);
+        set3(l.nx, l.ny, l.nz, n);
+        l.area = static_cast<float>(area);
+        scene_.lights.push_back(l);
+        return static_cast<int>(scene_.lights.size() - 1);
+    }
+
+    void add_mesh(const Shape& shape, bool emits) {
+        const Mesh& mesh = shape.mesh;
+        if (scene_.vertices.size() + mesh.positions.size() > 0xffffffffu)
+            fail(*shape.node, "the scene has more vertices than 32-bit indices can count");
+        const auto base = static_cast<std::uint32_t>(scene_.vertices.size());
+        const bool normals = !shape.flat && !mesh.normals.empty(), uvs = !mesh.uvs.empty();
+        for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+            shared::Vertex v{};
+            set3(v.px, v.py, v.pz, mesh.positions[i] - centre_);
+            if (normals) set3(v.nx, v.ny, v.nz, mesh.normals[i]);
+            if (uvs) {
+                v.u = static_cast<float>(mesh.uvs[i].x);
+                v.v = static_cast<float>(mesh.uvs[i].y);
+            }
+            scene_.vertices.push_back(v);
+        }
+        int quad = IR_NO_LIGHT;
+        if (emits && shape.kind == ShapeKind::rectangle) {
+            const auto& p = mesh.positions;
+            quad = light(shape, IR_LIGHT_QUAD, p[0], p[1] - p[0], p[3] - p[0], shape.face_normals[0],
+                         glm::length(glm::cross(p[1] - p[0], p[3] - p[0])));
+        }
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            const auto& t = mesh.triangles[i];
+            const glm::dvec3& n = shape.face_normals[i];
+            shared::Triangle triangle{};
+            set3(triangle.nx, triangle.ny, triangle.nz, n);
+            bool flat = !normals;
+            if (normals) {
+                flat = true;
+                for (const auto v : t) flat = flat && glm::length(mesh.normals[v] - n) <= 1e-5;
+                // A vertex that no face could give a normal (all of its faces were degenerate) has no triangle either.
+            }
+            triangle.flags = (flat ? IR_TRIANGLE_FLAT : 0u) | (uvs ? IR_TRIANGLE_HAS_UV : 0u);
+            triangle.v0 = base + t[0];
+            triangle.v1 = base + t[1];
+            triangle.v2 = base + t[2];
+            triangle.material = shape.material;
+            triangle.light = quad;
+            if (emits && quad == IR_NO_LIGHT) {
+                const glm::dvec3 &p = mesh.positions[t[0]], e1 = mesh.positions[t[1]] - p, e2 = mesh.positions[t[2]] - p;
+                triangle.light = light(shape, IR_LIGHT_TRIANGLE, p, e1, e2, n, 0.5 * glm::length(glm::cross(e1, e2)));
+            }
+            scene_.triangles.push_back(triangle);
+        }
+    }
+
+    void add_analytic(const Shape& shape, bool emits) {
+        shared::Analytic a{};
+        set3(a.px, a.py, a.pz, shape.centre - centre_);
+        a.material = shape.material;
+        a.light = IR_NO_LIGHT;
+        a.sign = static_cast<float>(shape.sign);
+        if (shape.kind == ShapeKind::sphere) {
+            a.kind = IR_ANALYTIC_SPHERE;
+            a.radius = static_cast<float>(shape.radius);
+            set3(a.ux, a.uy, a.uz, shape.axis_u);
+            set3(a.vx, a.vy, a.vz, shape.axis_v);
+            if (emits) {
+                a.light = light(shape, IR_LIGHT_SPHERE, shape.centre, {}, {}, {shape.sign, 0.0, 0.0},
+                                4.0 * std::numbers::pi * shape.radius * shape.radius);
+                scene_.lights.back().radius = a.radius;
+            }
+        } else {
+            a.kind = IR_ANALYTIC_DISK;
+            set3(a.nx, a.ny, a.nz, shape.normal);
+            set3(a.ux, a.uy, a.uz, shape.axis_u / glm::dot(shape.axis_u, shape.axis_u));
+            set3(a.vx, a.vy, a.vz, shape.axis_v / glm::dot(shape.axis_v, shape.axis_v));
+            if (emits)
+                a.light = light(shape, IR_LIGHT_DISK, shape.centre, shape.axis_u, shape.axis_v, shape.normal,
+                                std::numbers::pi * glm::length(glm::cross(shape.axis_u, shape.axis_v)));
+        }
+        scene_.analytics.push_back(a);
+    }
+};
+
+/// Elements of the root that nobody reads: values outside an object, things of other renderers.
+void check_top_level(const Context& context, const Document& document) {
+    for (const auto& node : document.root.children) {
+        const auto& tag = node.tag;
+        if (tag == "medium" || tag == "volume" || tag == "phase")
+            context.unsupported(node, "surfaces in vacuum", "nothing, it is left out");
+        else if (tag == "ref")
+            static_cast<void>(document.follow(node));
+        else if (tag != "sensor" && tag != "shape" && tag != "emitter" && tag != "bsdf" && tag != "texture" && tag != "integrator")
+            context.problem(node, fmt::format("{} cannot stand directly inside <scene>", describe(node)), "ignored");
+    }
+    if (const auto* version = document.root.find("version")) {
+        if (parse_numbers(document.root, version->substr(0, version->find('.')))[0] < 2.0)
+            context.problem(document.root, fmt::format("scene version {} is not supported (supported: 2 and 3)", *version), "read as version 3");
+    }
+}
+
+}  // namespace
+}  // namespace loader
+
+Scene load_scene(const std::string& path, const LoadOptions& given) {
+    using namespace loader;
+    LoadOptions options = given;
+    std::set<std::string> said;  // an element that is used twice is warned of once
+    options.warn = [&](const std::string& line) {
+        if (given.warn && said.insert(line).second) given.warn(line);
+    };
+    const Context context{options};
+    Document document;
+    read_document(path, context, document);
+    check_top_level(context, document);
+
+    Scene scene;
+    scene.source = path;
+    const CameraFrame camera = read_sensor(context, document, scene);
+    TextureTable textures;
+    MaterialTable materials(context, document, textures);
+    // Materials nobody uses are read too: a mistake in one is a mistake.
+    for (const auto& node : document.root.children)
+        if (node.tag == "bsdf") materials.material(&node);
+    const std::vector<Shape> shapes = read_shapes(context, document, materials);
+    const std::vector<FreeLight> lights = read_free_lights(context, document);
+    if (shapes.empty()) throw Error(fmt::format("{}: the scene has no shapes", path));
+    textures.load(context, scene);
+
+    Assembler assembler(context, document, scene);
+    assembler.bounds(shapes);
+    for (const auto& shape : shapes) assembler.add(shape);
+    for (const auto& light : lights) assembler.add(light);
+    if (scene.lights.empty()) throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));
+    assembler.camera(camera);
+    scene.materials = std::move(materials.materials);
+    set_selection_probabilities(scene.lights, 0.5 * static_cast<double>(scene.info.diagonal));
+    finish_scene(scene);
+    return scene;
+}
+
+}  // namespace irradia

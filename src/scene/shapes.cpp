@@ -1,0 +1,235 @@
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <glm/gtc/matrix_inverse.hpp>
+
+#include "scene/build.h"
+
+namespace irradia::loader {
+namespace {
+
+const char* const supported_shapes = "rectangle, cube, sphere, disk, obj, ply";
+
+/// What the file says about a shape, before any mesh is read.
+struct Request {
+    Shape shape;
+    std::string type, path;  // path: obj and ply
+    glm::dmat4 to_world{1.0};
+    bool flip_normals = false, flip_v = false;
+    std::size_t dropped = 0;  // degenerate triangles
+};
+
+Mesh cube_mesh() {
+    // Four corners a face, (u, v) = (0,1), (1,1), (1,0), (0,0): the order and coordinates of Mitsuba's cube.
+    static const int corners[24][3] = {
+        {1, -1, -1}, {1, -1, 1}, {-1, -1, 1}, {-1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, 1, 1}, {1, 1, 1},
+        {1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}, {-1, -1, 1},
+        {-1, -1, 1}, {-1, 1, 1}, {-1, 1, -1}, {-1, -1, -1}, {1, 1, -1}, {1, -1, -1}, {-1, -1, -1}, {-1, 1, -1}};
+    static const int uv[4][2] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    Mesh mesh;
+    for (std::uint32_t face = 0; face < 6; ++face) {
+        for (std::uint32_t k = 0; k < 4; ++k) {
+            const auto& c = corners[4 * face + k];
+            mesh.positions.emplace_back(c[0], c[1], c[2]);
+            mesh.uvs.emplace_back(uv[k][0], uv[k][1]);
+        }
+        const std::uint32_t i = 4 * face;
+        mesh.triangles.push_back({i, i + 1, i + 2});
+        mesh.triangles.push_back({i + 3, i, i + 2});
+        const glm::dvec3 normal = glm::normalize(glm::cross(mesh.positions[i + 1] - mesh.positions[i], mesh.positions[i + 2] - mesh.positions[i]));
+        mesh.normals.insert(mesh.normals.end(), 4, normal);
+    }
+    return mesh;
+}
+
+Mesh rectangle_mesh() {
+    Mesh mesh;
+    mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+    mesh.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    mesh.normals.assign(4, glm::dvec3(0, 0, 1));
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return mesh;
+}
+
+/// Moves a mesh to world space, drops degenerate triangles, decides which way its faces look.
+void place_mesh(Request& request) {
+    Shape& shape = request.shape;
+    Mesh& mesh = shape.mesh;
+    const glm::dmat3 normal_matrix = glm::inverseTranspose(glm::dmat3(request.to_world));
+    for (auto& p : mesh.positions) p = glm::dvec3(request.to_world * glm::dvec4(p, 1.0));
+    if (request.flip_v)
+        for (auto& uv : mesh.uvs) uv.y = 1.0 - uv.y;
+    for (auto& n : mesh.normals) {
+        const glm::dvec3 m = normal_matrix * n;
+        const double length = glm::length(m);
+        n = length > 0.0 ? m / length : glm::dvec3(0.0);
+    }
+    // Degenerate: collinear or coincident corners, as good as exactly.
+    const auto degenerate = [&](const std::array<std::uint32_t, 3>& t) {
+        const glm::dvec3 a = mesh.positions[t[1]] - mesh.positions[t[0]], b = mesh.positions[t[2]] - mesh.positions[t[0]];
+        const double longest = std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(b - a, b - a)});
+        return !(glm::length(glm::cross(a, b)) > 1e-12 * longest);
+    };
+    const auto end = std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), degenerate);
+    request.dropped = static_cast<std::size_t>(mesh.triangles.end() - end);
+    mesh.triangles.erase(end, mesh.triangles.end());
+
+    if (!shape.flat) fill_normals(mesh);
+    // The front is where the vertex normals point, as in Mitsuba, whose frames and emitters follow the shading normal;
+    // without them it is where the (transformed) corners run counter-clockwise.
+    shape.face_normals.reserve(mesh.triangles.size());
+    const double sign = request.flip_normals ? -1.0 : 1.0;
+    for (const auto& t : mesh.triangles) {
+        const glm::dvec3& p = mesh.positions[t[0]];
+        glm::dvec3 n = glm::normalize(glm::cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p));
+        if (!mesh.normals.empty() && (!shape.flat || request.type == "cube" || request.type == "rectangle") &&
+            glm::dot(n, mesh.normals[t[0]] + mesh.normals[t[1]] + mesh.normals[t[2]]) < 0.0)
+            n = -n;
+        shape.face_normals.push_back(sign * n);
+    }
+    for (auto& n : mesh.normals) n *= sign;
+}
+
+void place_sphere(const Context& context, Request& request, Properties& p) {
+    Shape& shape = request.shape;
+    const Node& node = p.node();
+    const glm::dvec3 centre = p.vector("center").value_or(glm::dvec3(0.0));
+    const double radius = p.number("radius", 1.0);
+    if (!(radius > 0.0)) fail(node, fmt::format("{}: radius is {}, a positive number was expected", describe(node), radius));
+    const glm::dmat3 linear(request.to_world);
+    const double s = glm::length(linear[0]);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            if (std::abs(glm::dot(linear[i], linear[j]) - (i == j ? s * s : 0.0)) > 1e-5 * s * s)
+                fail(node, fmt::format("{}: to_world scales unevenly or shears; a sphere allows rotation, translation and uniform scale", describe(node)));
+    shape.centre = glm::dvec3(request.to_world * glm::dvec4(centre, 1.0));
+    shape.radius = radius * s;
+    shape.axis_u = linear[0] / s;
+    shape.axis_v = linear[2] / s;
+    const bool mirrored = glm::determinant(linear) < 0.0;  // turns the normals inward, as in Mitsuba
+    if (mirrored) context.warn(node, fmt::format("{}: to_world mirrors: its normals point inward", describe(node)));
+    shape.sign = request.flip_normals != mirrored ? -1.0 : 1.0;
+}
+
+void place_disk(Request& request, const Node& node) {
+    Shape& shape = request.shape;
+    const glm::dmat3 linear(request.to_world);
+    shape.centre = glm::dvec3(request.to_world[3]);
+    shape.axis_u = linear[0];
+    shape.axis_v = linear[1];
+    if (std::abs(glm::dot(linear[0], linear[1])) > 1e-5 * glm::length(linear[0]) * glm::length(linear[1]))
+        fail(node, fmt::format("{}: to_world shears; a disk's half axes have to stay perpendicular", describe(node)));
+    shape.normal = glm::normalize(glm::inverseTranspose(linear)[2]) * (request.flip_normals ? -1.0 : 1.0);
+}
+
+/// Reads one <shape>; no value if it is left out.
+std::optional<Request> read_shape(const Context& context, const Document& document, MaterialTable& materials, const Node& node) {
+    const std::string type = node.get("type");
+    const bool file = type == "obj" || type == "ply";
+    if (!file && type != "rectangle" && type != "cube" && type != "sphere" && type != "disk") {
+        context.unsupported(node, supported_shapes, "nothing, it is left out");
+        return std::nullopt;
+    }
+    Properties p(context, document, node);
+    Request request;
+    request.type = type;
+    Shape& shape = request.shape;
+    shape.node = &node;
+    request.to_world = p.transform("to_world").value_or(glm::dmat4(1.0));
+    request.flip_normals = p.boolean("flip_normals", false);
+    const glm::dmat3 linear(request.to_world);
+    const double volume = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
+    if (!(std::abs(glm::determinant(linear)) > 1e-12 * volume)) {
+        // A rectangle or disk may be flattened along z, its area stays; anything else has none left.
+        const bool planar = type == "rectangle" || type == "disk";
+        const glm::dvec3 z = glm::cross(linear[0], linear[1]);
+        if (!planar || !(glm::length(z) > 1e-12 * glm::length(linear[0]) * glm::length(linear[1])))
+            fail(node, fmt::format("{}: to_world is singular, the shape has no area", describe(node)));
+        request.to_world[2] = glm::dvec4(glm::normalize(z) * std::sqrt(glm::length(z)), 0.0);
+    }
+
+    if (file) {
+        request.path = document.resolve(node, p.text("filename"));
+        shape.flat = p.boolean("face_normals", false);
+        request.flip_v = p.boolean("flip_tex_coords", type == "obj");
+    } else if (type == "rectangle") {
+        shape.kind = ShapeKind::rectangle;
+        shape.flat = true;
+        shape.mesh = rectangle_mesh();
+    } else if (type == "cube") {
+        shape.flat = true;
+        shape.mesh = cube_mesh();
+    } else if (type == "sphere") {
+        shape.kind = ShapeKind::sphere;
+        place_sphere(context, request, p);
+    } else {
+        shape.kind = ShapeKind::disk;
+        place_disk(request, node);
+    }
+
+    const auto bsdfs = p.objects("bsdf");
+    if (bsdfs.size() > 1) fail(*bsdfs[1], fmt::format("{} has more than one bsdf", describe(node)));
+    const auto emitters = p.objects("emitter");
+    if (emitters.size() > 1) fail(*emitters[1], fmt::format("{} has more than one emitter", describe(node)));
+    if (!emitters.empty()) shape.radiance = read_area_emitter(context, document, *emitters[0]);
+    p.ignore({"silhouette_sampling_weight"});
+    p.finish();
+    const auto material = materials.material(bsdfs.empty() ? nullptr : bsdfs[0]);
+    if (!material && !shape.radiance) return std::nullopt;
+    shape.material = material ? *material : *materials.material(nullptr);
+    return request;
+}
+
+void load_mesh(Request& request) {
+    if (!request.path.empty()) {
+        request.shape.mesh = request.type == "ply" ? read_ply(request.path) : read_obj(request.path);
+        check_mesh(request.path, request.shape.mesh);
+        if (request.shape.flat) request.shape.mesh.normals.clear();
+    }
+    place_mesh(request);
+}
+
+}  // namespace
+
+std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials) {
+    std::vector<Request> requests;
+    for (const auto& node : document.root.children)
+        if (node.tag == "shape")
+            if (auto request = read_shape(context, document, materials, node)) requests.push_back(std::move(*request));
+
+    std::vector<std::exception_ptr> errors(requests.size());
+    tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
+        if (requests[i].shape.kind == ShapeKind::sphere || requests[i].shape.kind == ShapeKind::disk) return;
+        try {
+            load_mesh(requests[i]);
+        } catch (...) {
+            errors[i] = std::current_exception();
+        }
+    });
+    std::vector<Shape> shapes;
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const Node& node = *requests[i].shape.node;
+        if (errors[i]) {  // the first in file order, whatever thread met it
+            try {
+                std::rethrow_exception(errors[i]);
+            } catch (const Error& error) {
+                fail(node, error.what());
+            }
+        }
+        if (requests[i].dropped && requests[i].shape.mesh.triangles.empty()) {
+            context.problem(node, fmt::format("mesh '{}': all of its {} triangles are degenerate (zero area)", requests[i].path, requests[i].dropped),
+                            "the shape is left out");
+            continue;
+        }
+        if (requests[i].dropped)
+            context.warn(node, fmt::format("mesh '{}': {} degenerate triangle{} dropped", requests[i].path, requests[i].dropped,
+                                           requests[i].dropped == 1 ? "" : "s"));
+        shapes.push_back(std::move(requests[i].shape));
+    }
+    return shapes;
+}
+
+}  // namespace irradia::loader

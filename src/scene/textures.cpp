@@ -1,0 +1,182 @@
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <exception>
+
+#include "scene/build.h"
+
+namespace irradia::loader {
+namespace {
+
+/// A picture file as three channels a texel, rows from the top; either 8 bit or float.
+struct Picture {
+    std::uint32_t width = 0, height = 0;
+    std::vector<std::uint8_t> bytes;
+    std::vector<float> floats;
+};
+
+template <class T>
+std::vector<T> three_channels(const std::vector<T>& data, int channels) {
+    if (channels == 3) return data;
+    std::vector<T> out(data.size() / static_cast<std::size_t>(channels) * 3);
+    for (std::size_t i = 0, n = out.size() / 3; i < n; ++i)
+        for (std::size_t c = 0; c < 3; ++c)  // grey, grey + alpha: repeated; RGBA: alpha dropped
+            out[3 * i + c] = data[i * static_cast<std::size_t>(channels) + (channels < 3 ? 0 : c)];
+    return out;
+}
+
+Picture read_picture(const std::string& path, bool raw) {
+    OIIO::ImageSpec config;
+    config["oiio:UnassociatedAlpha"] = 1;  // colours as they stand in the file
+    auto input = OIIO::ImageInput::open(path, &config);
+    if (!input) throw Error(fmt::format("texture '{}' cannot be read: {}", path, OIIO::geterror()));
+    const OIIO::ImageSpec& spec = input->spec();
+    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
+        throw Error(fmt::format("texture '{}' is empty ({} x {}, {} channels)", path, spec.width, spec.height, spec.nchannels));
+    Picture picture;
+    picture.width = static_cast<std::uint32_t>(spec.width);
+    picture.height = static_cast<std::uint32_t>(spec.height);
+    const std::size_t count = static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels;
+    bool good;
+    if (spec.format == OIIO::TypeDesc::UINT8) {
+        std::vector<std::uint8_t> data(count);
+        good = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, data.data());
+        picture.bytes = three_channels(data, spec.nchannels);
+    } else {
+        std::vector<float> data(count);
+        good = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, data.data());
+        picture.floats = three_channels(data, spec.nchannels);
+        // 16-bit integer formats carry sRGB-encoded values, floating point ones are linear.
+        if (!raw && !spec.format.is_floating_point())
+            for (auto& v : picture.floats) v = static_cast<float>(srgb_to_linear(v));
+    }
+    if (!good) throw Error(fmt::format("texture '{}' cannot be read: {}", path, input->geterror()));
+    return picture;
+}
+
+bool same(const TextureSpec& a, const TextureSpec& b) {
+    return a.path == b.path && a.raw == b.raw && a.wrap == b.wrap && a.filter == b.filter && a.to_uv == b.to_uv;
+}
+
+}  // namespace
+
+int TextureTable::add(const TextureSpec& spec) {
+    for (std::size_t i = 0; i < specs_.size(); ++i)
+        if (same(specs_[i], spec)) return static_cast<int>(i);
+    specs_.push_back(spec);
+    return static_cast<int>(specs_.size() - 1);
+}
+
+void TextureTable::load(const Context& context, Scene& scene) const {
+    // One read a file: textures that differ in wrap or to_uv share their texels.
+    std::vector<std::size_t> first(specs_.size());
+    for (std::size_t i = 0; i < specs_.size(); ++i) {
+        first[i] = i;
+        for (std::size_t j = 0; j < i; ++j)
+            if (specs_[j].path == specs_[i].path && specs_[j].raw == specs_[i].raw) {
+                first[i] = j;
+                break;
+            }
+    }
+    std::vector<Picture> pictures(specs_.size());
+    std::vector<std::exception_ptr> errors(specs_.size());
+    tbb::parallel_for(std::size_t{0}, specs_.size(), [&](std::size_t i) {
+        if (first[i] != i) return;
+        try {
+            pictures[i] = read_picture(specs_[i].path, specs_[i].raw);
+        } catch (...) {
+            errors[i] = std::current_exception();
+        }
+    });
+    for (std::size_t i = 0; i < specs_.size(); ++i) {
+        const auto& spec = specs_[i];
+        if (errors[i]) {
+            try {
+                std::rethrow_exception(errors[i]);
+            } catch (const Error& error) {
+                fail(*spec.node, error.what());
+            }
+        }
+        shared::Texture texture{};
+        texture.wrap = spec.wrap;
+        texture.filter = spec.filter;
+        texture.m00 = static_cast<float>(spec.to_uv[0][0]);
+        texture.m01 = static_cast<float>(spec.to_uv[1][0]);
+        texture.m02 = static_cast<float>(spec.to_uv[3][0]);
+        texture.m10 = static_cast<float>(spec.to_uv[0][1]);
+        texture.m11 = static_cast<float>(spec.to_uv[1][1]);
+        texture.m12 = static_cast<float>(spec.to_uv[3][1]);
+        if (first[i] != i) {
+            const auto& original = scene.textures[first[i]];
+            texture.offset = original.offset;
+            texture.width = original.width;
+            texture.height = original.height;
+            texture.format = original.format;
+            scene.textures.push_back(texture);
+            continue;
+        }
+        Picture& picture = pictures[i];
+        texture.width = picture.width;
+        texture.height = picture.height;
+        const std::size_t words = static_cast<std::size_t>(picture.width) * picture.height * (picture.bytes.empty() ? 3 : 1);
+        if (scene.texels.size() + words > 0xffffffffu) fail(*spec.node, "the scene's textures exceed 16 GiB");
+        texture.offset = static_cast<std::uint32_t>(scene.texels.size());
+        scene.texels.reserve(scene.texels.size() + words);
+        if (!picture.bytes.empty()) {
+            texture.format = spec.raw ? IR_TEXTURE_RGBA8_LINEAR : IR_TEXTURE_RGBA8_SRGB;
+            for (std::size_t t = 0; t < picture.bytes.size(); t += 3)
+                scene.texels.push_back(picture.bytes[t] | static_cast<std::uint32_t>(picture.bytes[t + 1]) << 8 |
+                                       static_cast<std::uint32_t>(picture.bytes[t + 2]) << 16 | 0xff000000u);
+        } else {
+            texture.format = IR_TEXTURE_RGB32F;
+            std::size_t clamped = 0;
+            for (std::size_t t = 0; t < picture.floats.size(); ++t) {
+                float v = picture.floats[t];
+                if (!std::isfinite(v))
+                    fail(*spec.node, fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})", spec.path,
+                                                 t / 3 % picture.width, t / 3 / picture.width));
+                if (v < 0.0f || v > 1.0f) ++clamped;
+                v = std::min(std::max(v, 0.0f), 1.0f);
+                scene.texels.push_back(std::bit_cast<std::uint32_t>(v));
+            }
+            if (clamped)
+                context.warn(*spec.node, fmt::format("texture '{}': {} values outside [0, 1] clamped, as a reflectance cannot exceed 1",
+                                                     spec.path, clamped));
+        }
+        scene.textures.push_back(texture);
+        picture = Picture{};
+    }
+}
+
+glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, double (*row_weight)(double)) {
+    Picture picture;
+    try {
+        picture = read_picture(path, raw);
+    } catch (const Error& error) {
+        fail(node, error.what());
+    }
+    double table[256];
+    for (int i = 0; i < 256; ++i) table[i] = raw ? i / 255.0 : srgb_to_linear(i / 255.0);
+    glm::dvec3 sum(0.0);
+    double total = 0.0;
+    for (std::size_t y = 0; y < picture.height; ++y) {
+        const double weight = row_weight((static_cast<double>(y) + 0.5) / picture.height);
+        glm::dvec3 row(0.0);
+        for (std::size_t x = 0; x < picture.width; ++x)
+            for (std::size_t c = 0; c < 3; ++c) {
+                const std::size_t i = (y * picture.width + x) * 3 + c;
+                const double v = picture.bytes.empty() ? static_cast<double>(picture.floats[i]) : table[picture.bytes[i]];
+                if (!std::isfinite(v)) fail(node, fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})", path, x, y));
+                row[static_cast<int>(c)] += v;
+            }
+        sum += weight * row;
+        total += weight * picture.width;
+    }
+    return glm::max(sum / total, glm::dvec3(0.0));
+}
+
+}  // namespace irradia::loader
