@@ -193,9 +193,234 @@ IR_FN bool trace_occluded(const SceneData* s, real3 origin, real3 direction, flo
     return hit.primitive != IR_NO_PRIMITIVE;
 }
 
+// ---- sixteen rays from one origin ----------------------------------------------------------------------------------
+
+IR_FN float largest16(float16 a) {
+    const float8 b = max(a.lo, a.hi);
+    const float4 c = max(b.lo, b.hi);
+    const float2 d = max(c.lo, c.hi);
+    return max(d.x, d.y);
+}
+
+typedef struct Lanes16 {
+    ulong lo, hi;  // as lanes8()
+} Lanes16;
+
+IR_FN Lanes16 lanes16(int16 m) {
+    const ulong2 both = as_ulong2(convert_char16(m));
+    Lanes16 l;
+    l.lo = both.x;
+    l.hi = both.y;
+    return l;
+}
+IR_FN uint lane_count(Lanes16 l) { return (uint)(popcount(l.lo) + popcount(l.hi)) >> 3; }
+
+typedef struct Packet {
+    real3 origin;
+    float16 dx, dy, dz;     // directions
+    float16 rx, ry, rz;     // their reciprocals
+    float t_min;
+    float16 t, u, v;        // closest hits so far; t of an unused lane is negative
+    uint16 primitive;
+    float t_far;            // the largest t of all lanes
+    float distance_to_t;    // smallest ray parameter per distance from the origin: 1 for unit directions
+} Packet;
+
+// Embree's Pluecker test with all that the rays share taken out: edge functions are dot products of the direction with
+// the normals of the planes through the origin and an edge, exact negatives of each other in neighbouring triangles.
+IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet* p) {
+    const float8 ax = vload8(0, block->v0x) - p->origin.x;
+    const float8 ay = vload8(0, block->v0y) - p->origin.y;
+    const float8 az = vload8(0, block->v0z) - p->origin.z;
+    const float8 bx = vload8(0, block->v1x) - p->origin.x;
+    const float8 by = vload8(0, block->v1y) - p->origin.y;
+    const float8 bz = vload8(0, block->v1z) - p->origin.z;
+    const float8 cx = vload8(0, block->v2x) - p->origin.x;
+    const float8 cy = vload8(0, block->v2y) - p->origin.y;
+    const float8 cz = vload8(0, block->v2z) - p->origin.z;
+    float planes[13][8];
+    float8 ex = cx - ax, ey = cy - ay, ez = cz - az;  // edge v0 v2: weight of v1
+    float8 sx = cx + ax, sy = cy + ay, sz = cz + az;
+    vstore8(fma(ey, sz, -(ez * sy)), 0, planes[0]);
+    vstore8(fma(ez, sx, -(ex * sz)), 0, planes[1]);
+    vstore8(fma(ex, sy, -(ey * sx)), 0, planes[2]);
+    const float8 fx = ax - bx, fy = ay - by, fz = az - bz;  // edge v1 v0: weight of v2
+    sx = ax + bx, sy = ay + by, sz = az + bz;
+    vstore8(fma(fy, sz, -(fz * sy)), 0, planes[3]);
+    vstore8(fma(fz, sx, -(fx * sz)), 0, planes[4]);
+    vstore8(fma(fx, sy, -(fy * sx)), 0, planes[5]);
+    const float8 nx = fma(ey, fz, -(ez * fy)), ny = fma(ez, fx, -(ex * fz)), nz = fma(ex, fy, -(ey * fx));
+    vstore8(nx, 0, planes[9]);
+    vstore8(ny, 0, planes[10]);
+    vstore8(nz, 0, planes[11]);
+    vstore8(fma(nx, ax, fma(ny, ay, nz * az)), 0, planes[12]);
+    ex = bx - cx, ey = by - cy, ez = bz - cz;  // edge v2 v1: weight of v0
+    sx = bx + cx, sy = by + cy, sz = bz + cz;
+    vstore8(fma(ey, sz, -(ez * sy)), 0, planes[6]);
+    vstore8(fma(ez, sx, -(ex * sz)), 0, planes[7]);
+    vstore8(fma(ex, sy, -(ey * sx)), 0, planes[8]);
+    bool changed = false;
+    for (uint i = 0; i < count; ++i) {
+        const float16 u = fma(p->dx, planes[0][i], fma(p->dy, planes[1][i], p->dz * planes[2][i]));
+        const float16 v = fma(p->dx, planes[3][i], fma(p->dy, planes[4][i], p->dz * planes[5][i]));
+        const float16 w = fma(p->dx, planes[6][i], fma(p->dy, planes[7][i], p->dz * planes[8][i]));
+        const int16 inside = (min(min(u, v), w) >= 0.0f) | (max(max(u, v), w) <= 0.0f);
+        const Lanes16 lanes = lanes16(inside);
+        if ((lanes.lo | lanes.hi) == 0) continue;
+        const float16 t = planes[12][i] / fma(p->dx, planes[9][i], fma(p->dy, planes[10][i], p->dz * planes[11][i]));
+        const int16 hit = inside & (t > p->t_min) & (t < p->t);  // parallel or degenerate: infinite or NaN, no hit
+        const Lanes16 hit_lanes = lanes16(hit);
+        if ((hit_lanes.lo | hit_lanes.hi) == 0) continue;
+        const float16 scale = 1.0f / (u + v + w);
+        p->t = select(p->t, t, hit);
+        p->u = select(p->u, u * scale, hit);
+        p->v = select(p->v, v * scale, hit);
+        p->primitive = select(p->primitive, (uint16)(block->primitive[i]), hit);
+        changed = true;
+    }
+    if (changed) p->t_far = largest16(p->t);
+}
+
+// The rays of `lanes` one by one from `reference` on.
+IR_FN void packet_singles(const SceneData* s, uint reference, Lanes16 lanes, Packet* p) {
+    float x[16], y[16], z[16], t[16], u[16], v[16];
+    uint primitive[16];
+    vstore16(p->dx, 0, x);
+    vstore16(p->dy, 0, y);
+    vstore16(p->dz, 0, z);
+    vstore16(p->t, 0, t);
+    vstore16(p->u, 0, u);
+    vstore16(p->v, 0, v);
+    vstore16(p->primitive, 0, primitive);
+    while (lanes.lo | lanes.hi) {
+        uint i;
+        if (lanes.lo) {
+            i = first_lane(lanes.lo);
+            lanes.lo = without_lane(lanes.lo, i);
+        } else {
+            i = first_lane(lanes.hi);
+            lanes.hi = without_lane(lanes.hi, i);
+            i += 8;
+        }
+        const SingleRay r = make_single_ray(p->origin, (real3)(x[i], y[i], z[i]), p->t_min);
+        Hit hit;
+        hit.t = t[i];
+        hit.u = u[i];
+        hit.v = v[i];
+        hit.primitive = primitive[i];
+        trace_bvh8(s, &r, reference, &hit, false);
+        t[i] = hit.t;
+        u[i] = hit.u;
+        v[i] = hit.v;
+        primitive[i] = hit.primitive;
+    }
+    p->t = vload16(0, t);
+    p->u = vload16(0, u);
+    p->v = vload16(0, v);
+    p->primitive = vload16(0, primitive);
+    p->t_far = largest16(p->t);
+}
+
+IR_FN void packet_bvh8(const SceneData* s, Packet* p) {
+    uint stack[IR_STACK_SIZE];
+    float distance[IR_STACK_SIZE];
+    Lanes16 active[IR_STACK_SIZE];
+    int top = 0;
+    uint reference = 0;
+    while (true) {
+        if (reference & IR_LEAF) {
+            packet_block(s->leaves + IR_LEAF_FIRST(reference), IR_LEAF_COUNT(reference), p);
+        } else {
+            IR_GLOBAL const Bvh8Node* node = s->nodes + reference;
+            const float8 lx = vload8(0, node->lo_x) - p->origin.x, hx = vload8(0, node->hi_x) - p->origin.x;
+            const float8 ly = vload8(0, node->lo_y) - p->origin.y, hy = vload8(0, node->hi_y) - p->origin.y;
+            const float8 lz = vload8(0, node->lo_z) - p->origin.z, hz = vload8(0, node->hi_z) - p->origin.z;
+            const float8 gx = max(max(lx, -hx), 0.0f), gy = max(max(ly, -hy), 0.0f), gz = max(max(lz, -hz), 0.0f);
+            const float8 gap = sqrt(gx * gx + gy * gy + gz * gz) * p->distance_to_t;  // the origin's distance from each box
+            float x0[8], x1[8], y0[8], y1[8], z0[8], z1[8], g[8];
+            vstore8(lx, 0, x0);
+            vstore8(hx, 0, x1);
+            vstore8(ly, 0, y0);
+            vstore8(hy, 0, y1);
+            vstore8(lz, 0, z0);
+            vstore8(hz, 0, z1);
+            vstore8(gap, 0, g);
+            const int bottom = top;
+            const uint count = node->count;
+            for (uint i = 0; i < count; ++i) {
+                const float16 xa = x0[i] * p->rx, xb = x1[i] * p->rx;
+                const float16 ya = y0[i] * p->ry, yb = y1[i] * p->ry;
+                const float16 za = z0[i] * p->rz, zb = z1[i] * p->rz;
+                const float16 enter = max(max(min(xa, xb), min(ya, yb)), max(min(za, zb), p->t_min));
+                const float16 leave = min(min(max(xa, xb), max(ya, yb)), min(max(za, zb), p->t));
+                const Lanes16 lanes = lanes16(enter <= leave);
+                if ((lanes.lo | lanes.hi) == 0) continue;
+                int k = top++;
+                for (; k > bottom && distance[k - 1] < g[i]; --k) {
+                    distance[k] = distance[k - 1];
+                    stack[k] = stack[k - 1];
+                    active[k] = active[k - 1];
+                }
+                distance[k] = g[i];
+                stack[k] = node->child[i];
+                active[k] = lanes;
+            }
+        }
+        while (true) {
+            if (top == 0) return;
+            --top;
+            if (distance[top] >= p->t_far) continue;
+            reference = stack[top];
+            if (lane_count(active[top]) >= IR_PACKET_MIN_ACTIVE && !(reference & IR_LEAF && reference & IR_LEAF_ANALYTIC)) break;
+            packet_singles(s, reference, active[top], p);
+        }
+    }
+}
+
 IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const float* dy, const float* dz, uint count,
                       float t_min, Hit* hits) {
-    for (uint i = 0; i < count; ++i)
-        hits[i] = trace_closest(s, origin, make_real3(dx[i], dy[i], dz[i]), t_min, IR_INFINITY);
+    Packet p;
+    p.origin = origin;
+    p.t_min = t_min;
+    if (count == IR_TILE) {
+        p.dx = vload16(0, dx);
+        p.dy = vload16(0, dy);
+        p.dz = vload16(0, dz);
+        p.t = IR_INFINITY;
+    } else {
+        float x[IR_TILE], y[IR_TILE], z[IR_TILE], t[IR_TILE];
+        for (uint i = 0; i < IR_TILE; ++i) {  // unused lanes: a copy of the first ray with an empty interval
+            const uint k = i < count ? i : 0;
+            x[i] = dx[k];
+            y[i] = dy[k];
+            z[i] = dz[k];
+            t[i] = i < count ? IR_INFINITY : -IR_INFINITY;
+        }
+        p.dx = vload16(0, x);
+        p.dy = vload16(0, y);
+        p.dz = vload16(0, z);
+        p.t = vload16(0, t);
+    }
+    p.rx = safe_reciprocal16(p.dx);
+    p.ry = safe_reciprocal16(p.dy);
+    p.rz = safe_reciprocal16(p.dz);
+    p.u = 0.0f;
+    p.v = 0.0f;
+    p.primitive = IR_NO_PRIMITIVE;
+    p.t_far = IR_INFINITY;
+    p.distance_to_t = 0.999999f * rsqrt(largest16(p.dx * p.dx + p.dy * p.dy + p.dz * p.dz));
+    packet_bvh8(s, &p);
+    float t[IR_TILE], u[IR_TILE], v[IR_TILE];
+    uint primitive[IR_TILE];
+    vstore16(p.t, 0, t);
+    vstore16(p.u, 0, u);
+    vstore16(p.v, 0, v);
+    vstore16(p.primitive, 0, primitive);
+    for (uint i = 0; i < count; ++i) {
+        hits[i].t = t[i];
+        hits[i].u = u[i];
+        hits[i].v = v[i];
+        hits[i].primitive = primitive[i];
+    }
 }
 #endif
