@@ -10,9 +10,9 @@ namespace irradia {
 
 /// How to read a scene file.
 struct LoadOptions {
-    std::map<std::string, std::string> defines;    ///< $name -> value (-D name=value); win over the file's <default>
-    bool lenient = false;                          ///< substitute what is not supported, with a warning, instead of failing
-    int width = 0, height = 0;                     ///< film size in pixels; 0: the file's
+    std::map<std::string, std::string> defines;  ///< $name -> value (-D name=value); win over the file's <default>
+    bool lenient = false;       ///< substitute what is not supported, with a warning, instead of failing
+    int width = 0, height = 0;  ///< film size in pixels; 0: the file's
     std::function<void(const std::string&)> warn;  ///< receives one line a warning; may be empty
 };
 

@@ -54,8 +54,8 @@ class MaterialTable {
 public:
     MaterialTable(const Context& context, const Document& document, TextureTable& textures)
         : context_(context), document_(document), textures_(textures) {}
-    /// Index of the material of a <bsdf>; the same element always gives the same index. Null: Mitsuba's default, diffuse .5.
-    /// No value: the surface is to be left out (lenient substitutes only).
+    /// Index of the material of a <bsdf>; the same element always gives the same index. Null: Mitsuba's default,
+    /// diffuse .5. No value: the surface is to be left out (lenient substitutes only).
     std::optional<std::uint32_t> material(const Node* bsdf);
     std::vector<shared::Material> materials;
 
@@ -90,13 +90,13 @@ struct Shape {
     std::uint32_t material = 0;
     std::optional<glm::dvec3> radiance;  // area emitter, W·m⁻²·sr⁻¹
 
-    Mesh mesh;                            // mesh, rectangle (4 corners in order, 2 triangles)
-    std::vector<glm::dvec3> face_normals; // unit, one a triangle, on the side the surface faces
-    bool flat = false;                    // mesh.normals are not to be used
-    glm::dvec3 centre{0.0};               // sphere, disk
-    glm::dvec3 axis_u{0.0}, axis_v{0.0};  // disk: half axes; sphere: unit x and z axis of the uv frame
-    glm::dvec3 normal{0.0};               // disk
-    double radius = 0.0, sign = 1.0;      // sphere; sign -1: normals point inward
+    Mesh mesh;                             // mesh, rectangle (4 corners in order, 2 triangles)
+    std::vector<glm::dvec3> face_normals;  // unit, one a triangle, on the side the surface faces
+    bool flat = false;                     // mesh.normals are not to be used
+    glm::dvec3 centre{0.0};                // sphere, disk
+    glm::dvec3 axis_u{0.0}, axis_v{0.0};   // disk: half axes; sphere: unit x and z axis of the uv frame
+    glm::dvec3 normal{0.0};                // disk
+    double radius = 0.0, sign = 1.0;       // sphere; sign -1: normals point inward
 };
 /// Every shape of the scene in file order, meshes read in parallel.
 std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials);

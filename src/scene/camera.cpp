@@ -15,11 +15,13 @@ void read_rfilter(const Context& context, const Document& document, const Node* 
         Properties p(context, document, *node);
         if (type == "gaussian") {
             stddev = p.number("stddev", 0.5);
-            if (!(stddev > 0.0)) fail(*node, fmt::format("rfilter: stddev is {}, a positive number was expected", stddev));
+            if (!(stddev > 0.0))
+                fail(*node, fmt::format("rfilter: stddev is {}, a positive number was expected", stddev));
             p.finish();
         } else if (type == "tent") {
             radius = p.number("radius", 1.0);
-            if (!(radius > 0.0)) fail(*node, fmt::format("rfilter: radius is {}, a positive number was expected", radius));
+            if (!(radius > 0.0))
+                fail(*node, fmt::format("rfilter: radius is {}, a positive number was expected", radius));
             p.finish();
         } else if (type == "box") {
             p.finish();
@@ -68,8 +70,10 @@ void read_film(const Context& context, const Document& document, const Node* fil
         if (!filters.empty()) rfilter = filters[0];
         p.finish();
     }
-    if (options.width < 0) throw Error(fmt::format("width: {} was given, a positive number of pixels was expected", options.width));
-    if (options.height < 0) throw Error(fmt::format("height: {} was given, a positive number of pixels was expected", options.height));
+    if (options.width < 0)
+        throw Error(fmt::format("width: {} was given, a positive number of pixels was expected", options.width));
+    if (options.height < 0)
+        throw Error(fmt::format("height: {} was given, a positive number of pixels was expected", options.height));
     if (options.width) width = options.width;
     if (options.height) height = options.height;
     const Node& at = film ? *film : document.root;
@@ -88,23 +92,29 @@ double tan_half_fov_x(Properties& p, double aspect) {
     double t;
     if (fov_node) {
         const double fov = p.number("fov");
-        if (!(fov > 0.0 && fov < 180.0)) fail(*fov_node, fmt::format("sensor: fov is {} degrees, a number in (0, 180) was expected", fov));
+        if (!(fov > 0.0 && fov < 180.0))
+            fail(*fov_node, fmt::format("sensor: fov is {} degrees, a number in (0, 180) was expected", fov));
         t = std::tan(0.5 * glm::radians(fov));
     } else {
         // Without a field of view: 50 mm on 35 mm film (24 x 36 mm), along the diagonal.
         std::string focal = p.text("focal_length", "50mm");
         if (focal.size() > 2 && focal.substr(focal.size() - 2) == "mm") focal.resize(focal.size() - 2);
         const double millimetres = parse_number(focal_node ? *focal_node : p.node(), focal);
-        if (!(millimetres > 0.0)) fail(*focal_node, fmt::format("sensor: focal_length is {} mm, a positive number was expected", millimetres));
+        if (!(millimetres > 0.0))
+            fail(*focal_node,
+                 fmt::format("sensor: focal_length is {} mm, a positive number was expected", millimetres));
         t = std::sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * millimetres);
         axis = "diagonal";
     }
-    if (axis == "smaller") axis = aspect > 1.0 ? "y" : "x";
-    else if (axis == "larger") axis = aspect > 1.0 ? "x" : "y";
+    if (axis == "smaller")
+        axis = aspect > 1.0 ? "y" : "x";
+    else if (axis == "larger")
+        axis = aspect > 1.0 ? "x" : "y";
     if (axis == "x") return t;
     if (axis == "y") return t * aspect;
     if (axis == "diagonal") return t / std::sqrt(1.0 + 1.0 / (aspect * aspect));
-    fail(*p.property("fov_axis"), fmt::format("sensor: fov_axis is '{}'; x, y, diagonal, smaller or larger was expected", given_axis));
+    fail(*p.property("fov_axis"),
+         fmt::format("sensor: fov_axis is '{}'; x, y, diagonal, smaller or larger was expected", given_axis));
 }
 
 }  // namespace
@@ -130,7 +140,8 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
     for (const Node* sampler : p.objects("sampler")) {
         Properties s(context, document, *sampler);
         const long long count = s.integer("sample_count", 4);
-        if (count < 1 || count > 0xffffffffLL) fail(*sampler, fmt::format("sampler: sample_count is {}, a positive number was expected", count));
+        if (count < 1 || count > 0xffffffffLL)
+            fail(*sampler, fmt::format("sampler: sample_count is {}, a positive number was expected", count));
         scene.sample_count = static_cast<std::uint32_t>(count);
         s.ignore({"seed", "jitter", "reuse_samples"});
         s.finish();
@@ -142,8 +153,10 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
     camera.near_clip = p.number("near_clip", 0.01);
     camera.far_clip = p.number("far_clip", 10000.0);
     if (!(camera.near_clip >= 0.0 && camera.far_clip > camera.near_clip))
-        fail(*sensor, fmt::format("sensor: near_clip {} and far_clip {}: 0 <= near_clip < far_clip was expected", camera.near_clip, camera.far_clip));
-    const double offset_x = p.number("principal_point_offset_x", 0.0), offset_y = p.number("principal_point_offset_y", 0.0);
+        fail(*sensor, fmt::format("sensor: near_clip {} and far_clip {}: 0 <= near_clip < far_clip was expected",
+                                  camera.near_clip, camera.far_clip));
+    const double offset_x = p.number("principal_point_offset_x", 0.0),
+                 offset_y = p.number("principal_point_offset_y", 0.0);
     const glm::dmat4 to_world = p.transform("to_world").value_or(glm::dmat4(1.0));
     p.ignore({"shutter_open", "shutter_close"});
     if (!perspective) p.ignore({"aperture_radius", "focus_distance"});

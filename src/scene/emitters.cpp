@@ -12,7 +12,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 /// An emitter's colour: finite and nowhere negative.
-glm::dvec3 emission(const Context& context, const Document& document, Properties& p, const std::string& name, double fallback) {
+glm::dvec3 emission(const Context& context, const Document& document, Properties& p, const std::string& name,
+                    double fallback) {
     const Node* node = p.property(name);
     if (!node) return glm::dvec3(fallback);
     glm::dvec3 colour;
@@ -25,16 +26,20 @@ glm::dvec3 emission(const Context& context, const Document& document, Properties
                                  [](double) { return 1.0; });
     } else {
         colour = parse_colour(context, *node);
+        // A flat spectrum is equal-energy white, which is not white in Rec. 709: XYZ = (1, 1, 1) in linear RGB.
+        if (node->tag == "spectrum") colour *= glm::dvec3(1.20478, 0.94830, 0.90884);
     }
     if (colour.x < 0.0 || colour.y < 0.0 || colour.z < 0.0)
-        fail(*node, fmt::format("{}: {} is negative ({}, {}, {})", describe(p.node()), name, colour.x, colour.y, colour.z));
+        fail(*node,
+             fmt::format("{}: {} is negative ({}, {}, {})", describe(p.node()), name, colour.x, colour.y, colour.z));
     return colour;
 }
 
 glm::dvec3 direction_of(Properties& p) {
     const auto direction = p.vector("direction");
     const auto to_world = p.transform("to_world");
-    if (direction && to_world) fail(p.node(), fmt::format("{}: give either direction or to_world, not both", describe(p.node())));
+    if (direction && to_world)
+        fail(p.node(), fmt::format("{}: give either direction or to_world, not both", describe(p.node())));
     const glm::dvec3 d = direction ? *direction : glm::dvec3(to_world.value_or(glm::dmat4(1.0))[2]);
     if (!(glm::length(d) > 0.0)) fail(p.node(), fmt::format("{}: direction is zero", describe(p.node())));
     return glm::normalize(d);
@@ -43,7 +48,8 @@ glm::dvec3 direction_of(Properties& p) {
 glm::dvec3 position_of(Properties& p) {
     const auto position = p.vector("position");
     const auto to_world = p.transform("to_world");
-    if (position && to_world) fail(p.node(), fmt::format("{}: give either position or to_world, not both", describe(p.node())));
+    if (position && to_world)
+        fail(p.node(), fmt::format("{}: give either position or to_world, not both", describe(p.node())));
     return position ? *position : glm::dvec3(to_world.value_or(glm::dmat4(1.0))[3]);
 }
 

@@ -14,7 +14,8 @@ namespace {
 /// The parts of a scene, put together and rounded.
 class Assembler {
 public:
-    Assembler(const Context& context, const Document& document, Scene& scene) : context_(context), document_(document), scene_(scene) {}
+    Assembler(const Context& context, const Document& document, Scene& scene)
+        : context_(context), document_(document), scene_(scene) {}
 
     void bounds(const std::vector<Shape>& shapes) {
         for (const auto& shape : shapes) {
@@ -27,7 +28,8 @@ public:
         centre_ = 0.5 * (lo_ + hi_);
         const double diagonal = glm::length(hi_ - lo_);
         if (!std::isfinite(diagonal) || diagonal > 1e18)
-            throw Error(fmt::format("{}: the scene is {} units across, too large for single precision", document_.files.front(), diagonal));
+            throw Error(fmt::format("{}: the scene is {} units across, too large for single precision",
+                                    document_.files.front(), diagonal));
         scene_.centre = {centre_.x, centre_.y, centre_.z};
         auto& info = scene_.info;
         info.diagonal = static_cast<float>(diagonal);
@@ -43,7 +45,8 @@ public:
     void add(const Shape& shape) {
         const bool emits = shape.radiance && luminance(*shape.radiance) > 0.0;
         if (shape.radiance && !emits)
-            context_.warn(*shape.node, fmt::format("{}: its emitter is black, it is treated as no emitter", describe(*shape.node)));
+            context_.warn(*shape.node,
+                          fmt::format("{}: its emitter is black, it is treated as no emitter", describe(*shape.node)));
         if (shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::disk)
             add_analytic(shape, emits);
         else
@@ -68,14 +71,16 @@ public:
         set3(c.forwardx, c.forwardy, c.forwardz, frame.forward);
         c.near_clip = static_cast<float>(frame.near_clip);
         c.far_clip = static_cast<float>(frame.far_clip);
-        c.pixel_size = static_cast<float>(std::sqrt(glm::length(frame.dx) / scene_.info.width * glm::length(frame.dy) / scene_.info.height));
+        c.pixel_size = static_cast<float>(
+            std::sqrt(glm::length(frame.dx) / scene_.info.width * glm::length(frame.dy) / scene_.info.height));
     }
 
 private:
     const Context& context_;
     const Document& document_;
     Scene& scene_;
-    glm::dvec3 lo_{std::numeric_limits<double>::infinity()}, hi_{-std::numeric_limits<double>::infinity()}, centre_{0.0};
+    glm::dvec3 lo_{std::numeric_limits<double>::infinity()}, hi_{-std::numeric_limits<double>::infinity()},
+        centre_{0.0};
 
     void grow(const glm::dvec3& p, const glm::dvec3& extent) {
         lo_ = glm::min(lo_, p - extent);
@@ -93,7 +98,8 @@ private:
     }
     int light(const Shape& shape, std::uint32_t kind, const glm::dvec3& p, const glm::dvec3& e1, const glm::dvec3& e2,
               const glm::dvec3& n, double area) {
-        if (!(static_cast<float>(area) > 0.0f)) fail(*shape.node, fmt::format("{}: the emitter has no area", describe(*shape.node)));
+        if (!(static_cast<float>(area) > 0.0f))
+            fail(*shape.node, fmt::format("{}: the emitter has no area", describe(*shape.node)));
         shared::Light l = blank(*shape.radiance);
         l.kind = kind;
         set3(l.px, l.py, l.pz, p - centre_);
@@ -145,7 +151,8 @@ private:
             triangle.material = shape.material;
             triangle.light = quad;
             if (emits && quad == IR_NO_LIGHT) {
-                const glm::dvec3 &p = mesh.positions[t[0]], e1 = mesh.positions[t[1]] - p, e2 = mesh.positions[t[2]] - p;
+                const glm::dvec3 &p = mesh.positions[t[0]], e1 = mesh.positions[t[1]] - p,
+                                 e2 = mesh.positions[t[2]] - p;
                 triangle.light = light(shape, IR_LIGHT_TRIANGLE, p, e1, e2, n, 0.5 * glm::length(glm::cross(e1, e2)));
             }
             scene_.triangles.push_back(triangle);
@@ -189,12 +196,15 @@ void check_top_level(const Context& context, const Document& document) {
             context.unsupported(node, "surfaces in vacuum", "nothing, it is left out");
         else if (tag == "ref")
             static_cast<void>(document.follow(node));
-        else if (tag != "sensor" && tag != "shape" && tag != "emitter" && tag != "bsdf" && tag != "texture" && tag != "integrator")
+        else if (tag != "sensor" && tag != "shape" && tag != "emitter" && tag != "bsdf" && tag != "texture" &&
+                 tag != "integrator")
             context.problem(node, fmt::format("{} cannot stand directly inside <scene>", describe(node)), "ignored");
     }
     if (const auto* version = document.root.find("version")) {
         if (parse_numbers(document.root, version->substr(0, version->find('.')))[0] < 2.0)
-            context.problem(document.root, fmt::format("scene version {} is not supported (supported: 2 and 3)", *version), "read as version 3");
+            context.problem(document.root,
+                            fmt::format("scene version {} is not supported (supported: 2 and 3)", *version),
+                            "read as version 3");
     }
 }
 
@@ -230,7 +240,8 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     assembler.bounds(shapes);
     for (const auto& shape : shapes) assembler.add(shape);
     for (const auto& light : lights) assembler.add(light);
-    if (scene.lights.empty()) throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));
+    if (scene.lights.empty())
+        throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));
     assembler.camera(camera);
     scene.materials = std::move(materials.materials);
     set_selection_probabilities(scene.lights, 0.5 * static_cast<double>(scene.info.diagonal));

@@ -69,7 +69,8 @@ MaterialTable::Surface MaterialTable::surface(const Node& bsdf, int depth) {
         const auto nested = p.objects("bsdf");
         if (nested.empty()) fail(bsdf, fmt::format("{} needs a nested bsdf", describe(bsdf)));
         if (nested.size() > 1)
-            context_.problem(bsdf, fmt::format("{} has {} nested bsdfs, one was expected", describe(bsdf), nested.size()),
+            context_.problem(bsdf,
+                             fmt::format("{} has {} nested bsdfs, one was expected", describe(bsdf), nested.size()),
                              "the first one is used on both sides");
         p.finish();
         Surface s = surface(*nested[0], depth + 1);
@@ -88,7 +89,8 @@ MaterialTable::Surface MaterialTable::substitute(const Node& bsdf, int depth) {
     // Parameters of a substituted bsdf that have no meaning for the substitute are passed over without a word each.
     Properties p(context_, document_, bsdf);
     if (is({"conductor", "roughconductor"})) {
-        context_.unsupported(bsdf, supported_bsdfs, "diffuse with specular_reflectance times the metal's reflectance at normal incidence");
+        context_.unsupported(bsdf, supported_bsdfs,
+                             "diffuse with specular_reflectance times the metal's reflectance at normal incidence");
         s.reflectance = reflectance(p, "specular_reflectance", glm::dvec3(1.0));
         glm::dvec3 metal(1.0);
         const Node *eta = p.property("eta"), *k = p.property("k");
@@ -122,13 +124,16 @@ MaterialTable::Surface MaterialTable::substitute(const Node& bsdf, int depth) {
 }
 
 glm::dvec3 MaterialTable::checked(const Node& node, const glm::dvec3& colour) const {
-    if (glm::all(glm::greaterThanEqual(colour, glm::dvec3(0.0))) && glm::all(glm::lessThanEqual(colour, glm::dvec3(1.0))))
+    if (glm::all(glm::greaterThanEqual(colour, glm::dvec3(0.0))) &&
+        glm::all(glm::lessThanEqual(colour, glm::dvec3(1.0))))
         return colour;
-    context_.problem(node, fmt::format("reflectance ({}, {}, {}) is outside [0, 1]", colour.x, colour.y, colour.z), "clamped");
+    context_.problem(node, fmt::format("reflectance ({}, {}, {}) is outside [0, 1]", colour.x, colour.y, colour.z),
+                     "clamped");
     return glm::clamp(colour, 0.0, 1.0);
 }
 
-MaterialTable::Reflectance MaterialTable::reflectance(Properties& p, const std::string& name, const glm::dvec3& fallback) {
+MaterialTable::Reflectance MaterialTable::reflectance(Properties& p, const std::string& name,
+                                                      const glm::dvec3& fallback) {
     Reflectance result;
     result.colour = fallback;
     const Node* node = p.property(name);
@@ -157,11 +162,16 @@ MaterialTable::Reflectance MaterialTable::texture(const Node& node) {
     spec.path = document_.resolve(node, p.text("filename"));
     spec.raw = p.boolean("raw", false);
     const std::string filter = p.text("filter_type", "bilinear"), wrap = p.text("wrap_mode", "repeat");
-    if (filter == "nearest") spec.filter = IR_FILTER_NEAREST;
-    else if (filter != "bilinear") fail(node, fmt::format("{}: filter_type is '{}'; bilinear or nearest was expected", describe(node), filter));
-    if (wrap == "mirror") spec.wrap = IR_WRAP_MIRROR;
-    else if (wrap == "clamp") spec.wrap = IR_WRAP_CLAMP;
-    else if (wrap != "repeat") fail(node, fmt::format("{}: wrap_mode is '{}'; repeat, mirror or clamp was expected", describe(node), wrap));
+    if (filter == "nearest")
+        spec.filter = IR_FILTER_NEAREST;
+    else if (filter != "bilinear")
+        fail(node, fmt::format("{}: filter_type is '{}'; bilinear or nearest was expected", describe(node), filter));
+    if (wrap == "mirror")
+        spec.wrap = IR_WRAP_MIRROR;
+    else if (wrap == "clamp")
+        spec.wrap = IR_WRAP_CLAMP;
+    else if (wrap != "repeat")
+        fail(node, fmt::format("{}: wrap_mode is '{}'; repeat, mirror or clamp was expected", describe(node), wrap));
     spec.to_uv = p.transform("to_uv").value_or(glm::dmat4(1.0));
     p.ignore({"format", "accel"});
     p.finish();

@@ -7,22 +7,27 @@
 namespace irradia::loader {
 
 void check_mesh(const std::string& path, const Mesh& mesh) {
-    const auto finite = [](const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
+    const auto finite = [](const glm::dvec3& v) {
+        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+    };
     if (mesh.positions.empty()) throw Error(fmt::format("mesh '{}' has no vertices", path));
     if (mesh.triangles.empty()) throw Error(fmt::format("mesh '{}' has no faces", path));
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
         const auto& p = mesh.positions[i];
-        if (!finite(p)) throw Error(fmt::format("mesh '{}': vertex {} is not finite ({}, {}, {})", path, i, p.x, p.y, p.z));
+        if (!finite(p))
+            throw Error(fmt::format("mesh '{}': vertex {} is not finite ({}, {}, {})", path, i, p.x, p.y, p.z));
     }
     for (std::size_t i = 0; i < mesh.normals.size(); ++i)
-        if (!finite(mesh.normals[i])) throw Error(fmt::format("mesh '{}': the normal of vertex {} is not finite", path, i));
+        if (!finite(mesh.normals[i]))
+            throw Error(fmt::format("mesh '{}': the normal of vertex {} is not finite", path, i));
     for (std::size_t i = 0; i < mesh.uvs.size(); ++i)
         if (!std::isfinite(mesh.uvs[i].x) || !std::isfinite(mesh.uvs[i].y))
             throw Error(fmt::format("mesh '{}': the texture coordinate of vertex {} is not finite", path, i));
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
         for (const auto v : mesh.triangles[i])
             if (v >= mesh.positions.size())
-                throw Error(fmt::format("mesh '{}': triangle {} refers to vertex {}, there are {}", path, i, v, mesh.positions.size()));
+                throw Error(fmt::format("mesh '{}': triangle {} refers to vertex {}, there are {}", path, i, v,
+                                        mesh.positions.size()));
 }
 
 void fill_normals(Mesh& mesh) {

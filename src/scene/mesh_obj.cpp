@@ -21,11 +21,13 @@ void check_numbers(const std::string& path, const std::string& text) {
         ++line_number;
         std::size_t i = begin;
         while (i < end && (text[i] == ' ' || text[i] == '\t')) ++i;
-        if (i + 1 < end && text[i] == 'v' && (text[i + 1] == ' ' || text[i + 1] == '\t' || text[i + 1] == 'n' || text[i + 1] == 't')) {
-            const std::size_t bad = text.find_first_not_of("0123456789+-.eE \t\r", i + (text[i + 1] == 'n' || text[i + 1] == 't' ? 2 : 1));
+        if (i + 1 < end && text[i] == 'v' &&
+            (text[i + 1] == ' ' || text[i + 1] == '\t' || text[i + 1] == 'n' || text[i + 1] == 't')) {
+            const std::size_t bad =
+                text.find_first_not_of("0123456789+-.eE \t\r", i + (text[i + 1] == 'n' || text[i + 1] == 't' ? 2 : 1));
             if (bad < end && text[bad] != '#')
-                throw Error(fmt::format("mesh '{}' line {}: '{}' has something that is not a finite number", path, line_number,
-                                        text.substr(i, std::min<std::size_t>(end - i, 60))));
+                throw Error(fmt::format("mesh '{}' line {}: '{}' has something that is not a finite number", path,
+                                        line_number, text.substr(i, std::min<std::size_t>(end - i, 60))));
         }
         begin = end + 1;
     }
@@ -53,31 +55,40 @@ Mesh read_obj(const std::string& path) {
         throw Error(fmt::format("mesh '{}' cannot be read: {}", path, reason));
     }
     const auto& attributes = reader.GetAttrib();
-    const auto count = [](const std::vector<tinyobj::real_t>& v, std::size_t n) { return static_cast<int>(v.size() / n); };
-    const int positions = count(attributes.vertices, 3), normals = count(attributes.normals, 3), uvs = count(attributes.texcoords, 2);
+    const auto count = [](const std::vector<tinyobj::real_t>& v, std::size_t n) {
+        return static_cast<int>(v.size() / n);
+    };
+    const int positions = count(attributes.vertices, 3), normals = count(attributes.normals, 3),
+              uvs = count(attributes.texcoords, 2);
 
     Mesh mesh;
     bool any_normal = false, any_uv = false;
     std::map<std::tuple<int, int, int>, std::uint32_t> unique;
     const auto vertex = [&](const tinyobj::index_t& index) {
-        if (index.vertex_index < 0 || index.vertex_index >= positions || index.normal_index >= normals || index.texcoord_index >= uvs)
-            throw Error(fmt::format("mesh '{}': a face refers to {}, there are {} v, {} vt, {} vn", path,
-                                    index.vertex_index >= positions || index.vertex_index < 0
-                                        ? fmt::format("vertex {}", index.vertex_index + 1)
-                                        : (index.normal_index >= normals ? fmt::format("normal {}", index.normal_index + 1)
-                                                                         : fmt::format("texture coordinate {}", index.texcoord_index + 1)),
-                                    positions, uvs, normals));
+        if (index.vertex_index < 0 || index.vertex_index >= positions || index.normal_index >= normals ||
+            index.texcoord_index >= uvs)
+            throw Error(fmt::format(
+                "mesh '{}': a face refers to {}, there are {} v, {} vt, {} vn", path,
+                index.vertex_index >= positions || index.vertex_index < 0
+                    ? fmt::format("vertex {}", index.vertex_index + 1)
+                    : (index.normal_index >= normals ? fmt::format("normal {}", index.normal_index + 1)
+                                                     : fmt::format("texture coordinate {}", index.texcoord_index + 1)),
+                positions, uvs, normals));
         const auto key = std::make_tuple(index.vertex_index, index.texcoord_index, index.normal_index);
         const auto [it, inserted] = unique.emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
         if (inserted) {
-            const auto at = [](const std::vector<tinyobj::real_t>& v, int i) { return static_cast<double>(v[static_cast<std::size_t>(i)]); };
+            const auto at = [](const std::vector<tinyobj::real_t>& v, int i) {
+                return static_cast<double>(v[static_cast<std::size_t>(i)]);
+            };
             const int p = 3 * index.vertex_index, n = 3 * index.normal_index, t = 2 * index.texcoord_index;
-            mesh.positions.emplace_back(at(attributes.vertices, p), at(attributes.vertices, p + 1), at(attributes.vertices, p + 2));
+            mesh.positions.emplace_back(at(attributes.vertices, p), at(attributes.vertices, p + 1),
+                                        at(attributes.vertices, p + 2));
             mesh.normals.emplace_back(0.0);
             mesh.uvs.emplace_back(0.0);
             if (index.normal_index >= 0) {
                 any_normal = true;
-                mesh.normals.back() = {at(attributes.normals, n), at(attributes.normals, n + 1), at(attributes.normals, n + 2)};
+                mesh.normals.back() = {at(attributes.normals, n), at(attributes.normals, n + 1),
+                                       at(attributes.normals, n + 2)};
             }
             if (index.texcoord_index >= 0) {
                 any_uv = true;

@@ -28,10 +28,18 @@ enum class Format { ascii, little, big };
 
 std::size_t size_of(Type type) {
     switch (type) {
-        case Type::i8: case Type::u8: return 1;
-        case Type::i16: case Type::u16: return 2;
-        case Type::i32: case Type::u32: case Type::f32: return 4;
-        case Type::f64: return 8;
+        case Type::i8:
+        case Type::u8:
+            return 1;
+        case Type::i16:
+        case Type::u16:
+            return 2;
+        case Type::i32:
+        case Type::u32:
+        case Type::f32:
+            return 4;
+        case Type::f64:
+            return 8;
     }
     return 0;
 }
@@ -71,15 +79,19 @@ private:
     std::size_t at_ = 0;
     Format format_ = Format::ascii;
     std::vector<Element> elements_;
-    std::string context_;  // "vertex 17", for messages
+    const char* element_ = "";  // where the reader is, for messages
+    std::size_t index_ = 0;
 
-    [[noreturn]] void bad(const std::string& message) const { throw Error(fmt::format("mesh '{}' {}", path_, message)); }
+    [[nodiscard]] std::string place() const { return fmt::format("{} {}", element_, index_); }
+    [[noreturn]] void bad(const std::string& message) const {
+        throw Error(fmt::format("mesh '{}' {}", path_, message));
+    }
 
     static bool parse_type(const std::string& name, Type& type) {
         static const std::pair<const char*, Type> table[] = {
-            {"char", Type::i8},   {"int8", Type::i8},    {"uchar", Type::u8},  {"uint8", Type::u8},
-            {"short", Type::i16}, {"int16", Type::i16},  {"ushort", Type::u16}, {"uint16", Type::u16},
-            {"int", Type::i32},   {"int32", Type::i32},  {"uint", Type::u32},  {"uint32", Type::u32},
+            {"char", Type::i8},   {"int8", Type::i8},     {"uchar", Type::u8},   {"uint8", Type::u8},
+            {"short", Type::i16}, {"int16", Type::i16},   {"ushort", Type::u16}, {"uint16", Type::u16},
+            {"int", Type::i32},   {"int32", Type::i32},   {"uint", Type::u32},   {"uint32", Type::u32},
             {"float", Type::f32}, {"float32", Type::f32}, {"double", Type::f64}, {"float64", Type::f64}};
         for (const auto& [key, value] : table)
             if (name == key) {
@@ -105,10 +117,14 @@ private:
             } else if (word == "format") {
                 std::string kind;
                 line >> kind;
-                if (kind == "ascii") format_ = Format::ascii;
-                else if (kind == "binary_little_endian") format_ = Format::little;
-                else if (kind == "binary_big_endian") format_ = Format::big;
-                else bad(fmt::format("has the unknown format '{}'", kind));
+                if (kind == "ascii")
+                    format_ = Format::ascii;
+                else if (kind == "binary_little_endian")
+                    format_ = Format::little;
+                else if (kind == "binary_big_endian")
+                    format_ = Format::big;
+                else
+                    bad(fmt::format("has the unknown format '{}'", kind));
                 format = true;
             } else if (word == "element") {
                 Element element;
@@ -125,7 +141,8 @@ private:
                     property.list = true;
                     std::string count_type;
                     line >> count_type >> type;
-                    if (!parse_type(count_type, property.count_type)) bad(fmt::format("line {}: unknown type '{}'", line_number, count_type));
+                    if (!parse_type(count_type, property.count_type))
+                        bad(fmt::format("line {}: unknown type '{}'", line_number, count_type));
                 }
                 line >> property.name;
                 if (!line || elements_.empty()) bad(fmt::format("line {}: bad property", line_number));
@@ -142,11 +159,12 @@ private:
 
     template <class T>
     T binary() {
-        if (data_.size() - at_ < sizeof(T)) bad("is truncated in " + context_);
+        if (data_.size() - at_ < sizeof(T)) bad("is truncated in " + place());
         unsigned char bytes[sizeof(T)];
         std::memcpy(bytes, data_.data() + at_, sizeof(T));
         at_ += sizeof(T);
-        if ((format_ == Format::big) == (std::endian::native == std::endian::little)) std::reverse(bytes, bytes + sizeof(T));
+        if ((format_ == Format::big) == (std::endian::native == std::endian::little))
+            std::reverse(bytes, bytes + sizeof(T));
         T value;
         std::memcpy(&value, bytes, sizeof(T));
         return value;
@@ -155,27 +173,37 @@ private:
     double number(Type type) {
         if (format_ == Format::ascii) {
             while (at_ < data_.size() && std::isspace(static_cast<unsigned char>(data_[at_]))) ++at_;
-            if (at_ == data_.size()) bad("is truncated in " + context_);
+            if (at_ == data_.size()) bad("is truncated in " + place());
             std::size_t end = at_;
             while (end < data_.size() && !std::isspace(static_cast<unsigned char>(data_[end]))) ++end;
             if (data_[at_] == '+') ++at_;
             double value = 0.0;
             const auto [stop, error] = std::from_chars(data_.data() + at_, data_.data() + end, value);
             if (error == std::errc::invalid_argument || stop != data_.data() + end)
-                bad(fmt::format("{}: '{}' is not a number", context_, data_.substr(at_, std::min<std::size_t>(end - at_, 40))));
-            if (error == std::errc::result_out_of_range) value = std::strtod(data_.substr(at_, end - at_).c_str(), nullptr);
+                bad(fmt::format("{}: '{}' is not a number", place(),
+                                data_.substr(at_, std::min<std::size_t>(end - at_, 40))));
+            if (error == std::errc::result_out_of_range)
+                value = std::strtod(data_.substr(at_, end - at_).c_str(), nullptr);
             at_ = end;
             return value;
         }
         switch (type) {
-            case Type::i8: return binary<std::int8_t>();
-            case Type::u8: return binary<std::uint8_t>();
-            case Type::i16: return binary<std::int16_t>();
-            case Type::u16: return binary<std::uint16_t>();
-            case Type::i32: return binary<std::int32_t>();
-            case Type::u32: return binary<std::uint32_t>();
-            case Type::f32: return static_cast<double>(binary<float>());
-            case Type::f64: return binary<double>();
+            case Type::i8:
+                return binary<std::int8_t>();
+            case Type::u8:
+                return binary<std::uint8_t>();
+            case Type::i16:
+                return binary<std::int16_t>();
+            case Type::u16:
+                return binary<std::uint16_t>();
+            case Type::i32:
+                return binary<std::int32_t>();
+            case Type::u32:
+                return binary<std::uint32_t>();
+            case Type::f32:
+                return static_cast<double>(binary<float>());
+            case Type::f64:
+                return binary<double>();
         }
         return 0.0;
     }
@@ -183,7 +211,7 @@ private:
     std::size_t list_length(const Property& property) {
         const double count = number(property.count_type);
         if (!(count >= 0.0 && count <= 1e9) || count != static_cast<double>(static_cast<std::size_t>(count)))
-            bad(fmt::format("{}: {} is not the length of a list", context_, count));
+            bad(fmt::format("{}: {} is not the length of a list", place(), count));
         return static_cast<std::size_t>(count);
     }
 
@@ -193,8 +221,9 @@ private:
     }
 
     void skip(const Element& element) {
+        element_ = element.name.c_str();
         for (std::size_t i = 0; i < element.count; ++i) {
-            context_ = fmt::format("{} {}", element.name, i);
+            index_ = i;
             for (const auto& property : element.properties) skip_property(property);
         }
     }
@@ -205,18 +234,21 @@ private:
         for (const auto& property : element.properties)
             bytes += format_ == Format::ascii ? 2 : size_of(property.list ? property.count_type : property.type);
         if (element.count > 0 && (bytes == 0 || element.count > (data_.size() - at_ + 1) / bytes))
-            bad(fmt::format("is truncated: {} of '{}' announced, {} bytes left", element.count, element.name, data_.size() - at_));
+            bad(fmt::format("is truncated: {} of '{}' announced, {} bytes left", element.count, element.name,
+                            data_.size() - at_));
     }
 
     void read_vertices(const Element& element, Mesh& mesh) {
         check_count(element);
-        static const std::pair<const char*, int> slots[] = {{"x", 0},  {"y", 1}, {"z", 2}, {"nx", 3}, {"ny", 4}, {"nz", 5},
-                                                            {"u", 6},  {"v", 7}, {"s", 6}, {"t", 7}};
+        element_ = "vertex";
+        static const std::pair<const char*, int> slots[] = {{"x", 0},  {"y", 1}, {"z", 2}, {"nx", 3}, {"ny", 4},
+                                                            {"nz", 5}, {"u", 6}, {"v", 7}, {"s", 6},  {"t", 7}};
         std::vector<int> slot(element.properties.size(), -1);
         unsigned int present = 0;
         for (std::size_t i = 0; i < slot.size(); ++i)
             for (const auto& [name, index] : slots)
-                if (!element.properties[i].list && element.properties[i].name == name && (present & (1u << index)) == 0) {
+                if (!element.properties[i].list && element.properties[i].name == name &&
+                    (present & (1u << index)) == 0) {
                     slot[i] = index;
                     present |= 1u << index;
                 }
@@ -224,11 +256,13 @@ private:
         const bool normals = (present & 0x38u) == 0x38u, uvs = (present & 0xc0u) == 0xc0u;
         mesh.positions.reserve(element.count);
         for (std::size_t i = 0; i < element.count; ++i) {
-            if (format_ == Format::ascii || i % 1024 == 0) context_ = fmt::format("vertex {}", i);
+            index_ = i;
             double value[8] = {};
             for (std::size_t k = 0; k < slot.size(); ++k) {
-                if (slot[k] < 0) skip_property(element.properties[k]);
-                else value[slot[k]] = number(element.properties[k].type);
+                if (slot[k] < 0)
+                    skip_property(element.properties[k]);
+                else
+                    value[slot[k]] = number(element.properties[k].type);
             }
             mesh.positions.emplace_back(value[0], value[1], value[2]);
             if (normals) mesh.normals.emplace_back(value[3], value[4], value[5]);
@@ -238,6 +272,7 @@ private:
 
     void read_faces(const Element& element, Mesh& mesh) {
         check_count(element);
+        element_ = "face";
         std::size_t indices = element.properties.size();
         for (std::size_t k = 0; k < element.properties.size(); ++k) {
             const auto& p = element.properties[k];
@@ -247,7 +282,7 @@ private:
         mesh.triangles.reserve(element.count);
         std::vector<std::uint32_t> corners;
         for (std::size_t i = 0; i < element.count; ++i) {
-            if (format_ == Format::ascii || i % 1024 == 0) context_ = fmt::format("face {}", i);
+            index_ = i;
             for (std::size_t k = 0; k < element.properties.size(); ++k) {
                 const auto& property = element.properties[k];
                 if (k != indices) {
@@ -259,10 +294,12 @@ private:
                 corners.clear();
                 for (std::size_t c = 0; c < count; ++c) {
                     const double index = number(property.type);
-                    if (!(index >= 0.0 && index < 4294967295.0)) bad(fmt::format("face {}: vertex index {} is out of range", i, index));
+                    if (!(index >= 0.0 && index < 4294967295.0))
+                        bad(fmt::format("face {}: vertex index {} is out of range", i, index));
                     corners.push_back(static_cast<std::uint32_t>(index));
                 }
-                for (std::size_t c = 2; c < count; ++c) mesh.triangles.push_back({corners[0], corners[c - 1], corners[c]});
+                for (std::size_t c = 2; c < count; ++c)
+                    mesh.triangles.push_back({corners[0], corners[c - 1], corners[c]});
             }
         }
     }

@@ -62,7 +62,8 @@ glm::dvec3 parse_colour(const Context& context, const Node& property) {
         if (text.find(':') == std::string::npos) {
             const auto numbers = parse_numbers(property, text);
             if (numbers.size() == 1) return glm::dvec3(numbers[0]);
-            fail(property, fmt::format("{}: '{}' has {} numbers, 1 expected", describe(property), text, numbers.size()));
+            fail(property,
+                 fmt::format("{}: '{}' has {} numbers, 1 expected", describe(property), text, numbers.size()));
         }
         context.unsupported(property, "one value", "the mean of its values");
         std::string plain = text;  // wavelength:value, ...: keep the values
@@ -72,7 +73,8 @@ glm::dvec3 parse_colour(const Context& context, const Node& property) {
         for (std::size_t i = 1; i < numbers.size(); i += 2) sum += numbers[i];
         return glm::dvec3(numbers.size() < 2 ? 0.0 : sum / static_cast<double>(numbers.size() / 2));
     }
-    if (property.tag != "rgb") fail(property, fmt::format("{}: a colour was expected (<rgb>, <float> or <spectrum>)", describe(property)));
+    if (property.tag != "rgb")
+        fail(property, fmt::format("{}: a colour was expected (<rgb>, <float> or <spectrum>)", describe(property)));
     if (!text.empty() && text.front() == '#') {
         unsigned int packed = 0;
         const auto [end, error] = std::from_chars(text.data() + 1, text.data() + text.size(), packed, 16);
@@ -84,7 +86,8 @@ glm::dvec3 parse_colour(const Context& context, const Node& property) {
     const auto numbers = parse_numbers(property, text);
     if (numbers.size() == 1) return glm::dvec3(numbers[0]);
     if (numbers.size() != 3)
-        fail(property, fmt::format("{}: '{}' has {} numbers, 1 or 3 expected", describe(property), text, numbers.size()));
+        fail(property,
+             fmt::format("{}: '{}' has {} numbers, 1 or 3 expected", describe(property), text, numbers.size()));
     return {numbers[0], numbers[1], numbers[2]};
 }
 
@@ -115,8 +118,7 @@ const std::string& required(const Node& node, const char* attribute) {
 
 glm::dmat4 matrix(const Node& node) {
     const auto m = parse_numbers(node, required(node, "value"));
-    if (m.size() != 16 && m.size() != 9)
-        fail(node, fmt::format("<matrix> has {} numbers, 16 or 9 expected", m.size()));
+    if (m.size() != 16 && m.size() != 9) fail(node, fmt::format("<matrix> has {} numbers, 16 or 9 expected", m.size()));
     const std::size_t n = m.size() == 16 ? 4 : 3;
     glm::dmat4 result(1.0);
     for (std::size_t row = 0; row < n; ++row)
@@ -159,19 +161,22 @@ glm::dmat4 operation(const Node& node) {
         if (glm::length(axis) == 0.0) fail(node, "<rotate> needs an axis: x, y, z or value");
         return glm::rotate(glm::dmat4(1.0), glm::radians(parse_number(node, required(node, "angle"))), axis);
     }
-    fail(node, fmt::format("<{}> inside <transform>; translate, scale, rotate, lookat or matrix was expected", node.tag));
+    fail(node,
+         fmt::format("<{}> inside <transform>; translate, scale, rotate, lookat or matrix was expected", node.tag));
 }
 
 }  // namespace
 
 glm::dmat4 parse_transform(const Node& transform) {
-    if (transform.tag != "transform") fail(transform, fmt::format("{}: a <transform> was expected", describe(transform)));
+    if (transform.tag != "transform")
+        fail(transform, fmt::format("{}: a <transform> was expected", describe(transform)));
     glm::dmat4 result(1.0);
     for (const auto& child : transform.children) result = operation(child) * result;
     return result;
 }
 
-Properties::Properties(const Context& context, const Document& document, const Node& node) : context_(context), node_(node) {
+Properties::Properties(const Context& context, const Document& document, const Node& node)
+    : context_(context), node_(node) {
     std::set<std::string> names;
     for (const auto& child : node.children) {
         entries_.push_back({&child, child.tag == "ref" ? &document.follow(child) : &child});
@@ -215,7 +220,8 @@ long long Properties::integer(const std::string& name, long long fallback) {
     const Node* p = take(name, {"integer"}, "an <integer>");
     if (!p) return fallback;
     const double v = parse_number(*p, value(*p));
-    if (v != std::floor(v) || std::abs(v) > 1e15) fail(*p, fmt::format("{}: '{}' is not an integer", describe(*p), value(*p)));
+    if (v != std::floor(v) || std::abs(v) > 1e15)
+        fail(*p, fmt::format("{}: '{}' is not an integer", describe(*p), value(*p)));
     return static_cast<long long>(v);
 }
 
@@ -277,11 +283,13 @@ void Properties::finish() {
     for (const auto& entry : entries_) {
         if (entry.taken) continue;
         if (const auto* name = entry.node->find("name"))
-            context_.problem(*entry.node,
-                             fmt::format("{} has no parameter '{}'{}", describe(node_), *name, did_you_mean(*name, names)),
-                             "ignored");
+            context_.problem(
+                *entry.node,
+                fmt::format("{} has no parameter '{}'{}", describe(node_), *name, did_you_mean(*name, names)),
+                "ignored");
         else
-            context_.problem(*entry.node, fmt::format("{} cannot stand inside {}", describe(*entry.target), describe(node_)),
+            context_.problem(*entry.node,
+                             fmt::format("{} cannot stand inside {}", describe(*entry.target), describe(node_)),
                              "ignored");
     }
 }

@@ -1,4 +1,5 @@
-// The values inside an element: numbers, vectors, colours, transforms, each read once; what nobody asked for is an error.
+// The values inside an element: numbers, vectors, colours, transforms, each read once; what nobody asked for is an
+// error.
 #pragma once
 #include <glm/glm.hpp>
 #include <optional>

@@ -11,7 +11,7 @@
 namespace irradia::loader {
 namespace {
 
-const char* const supported_shapes = "rectangle, cube, sphere, disk, obj, ply";
+const char* const supported_shapes = "rectangle, cube, sphere, disk, obj, ply, shapegroup, instance";
 
 /// What the file says about a shape, before any mesh is read.
 struct Request {
@@ -24,10 +24,10 @@ struct Request {
 
 Mesh cube_mesh() {
     // Four corners a face, (u, v) = (0,1), (1,1), (1,0), (0,0): the order and coordinates of Mitsuba's cube.
-    static const int corners[24][3] = {
-        {1, -1, -1}, {1, -1, 1}, {-1, -1, 1}, {-1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, 1, 1}, {1, 1, 1},
-        {1, -1, -1}, {1, 1, -1}, {1, 1, 1}, {1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}, {-1, -1, 1},
-        {-1, -1, 1}, {-1, 1, 1}, {-1, 1, -1}, {-1, -1, -1}, {1, 1, -1}, {1, -1, -1}, {-1, -1, -1}, {-1, 1, -1}};
+    static const int corners[24][3] = {{1, -1, -1}, {1, -1, 1},   {-1, -1, 1}, {-1, -1, -1}, {1, 1, -1},   {-1, 1, -1},
+                                       {-1, 1, 1},  {1, 1, 1},    {1, -1, -1}, {1, 1, -1},   {1, 1, 1},    {1, -1, 1},
+                                       {1, -1, 1},  {1, 1, 1},    {-1, 1, 1},  {-1, -1, 1},  {-1, -1, 1},  {-1, 1, 1},
+                                       {-1, 1, -1}, {-1, -1, -1}, {1, 1, -1},  {1, -1, -1},  {-1, -1, -1}, {-1, 1, -1}};
     static const int uv[4][2] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
     Mesh mesh;
     for (std::uint32_t face = 0; face < 6; ++face) {
@@ -39,7 +39,8 @@ Mesh cube_mesh() {
         const std::uint32_t i = 4 * face;
         mesh.triangles.push_back({i, i + 1, i + 2});
         mesh.triangles.push_back({i + 3, i, i + 2});
-        const glm::dvec3 normal = glm::normalize(glm::cross(mesh.positions[i + 1] - mesh.positions[i], mesh.positions[i + 2] - mesh.positions[i]));
+        const glm::dvec3 normal = glm::normalize(
+            glm::cross(mesh.positions[i + 1] - mesh.positions[i], mesh.positions[i + 2] - mesh.positions[i]));
         mesh.normals.insert(mesh.normals.end(), 4, normal);
     }
     return mesh;
@@ -69,7 +70,8 @@ void place_mesh(Request& request) {
     }
     // Degenerate: collinear or coincident corners, as good as exactly.
     const auto degenerate = [&](const std::array<std::uint32_t, 3>& t) {
-        const glm::dvec3 a = mesh.positions[t[1]] - mesh.positions[t[0]], b = mesh.positions[t[2]] - mesh.positions[t[0]];
+        const glm::dvec3 a = mesh.positions[t[1]] - mesh.positions[t[0]],
+                         b = mesh.positions[t[2]] - mesh.positions[t[0]];
         const double longest = std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(b - a, b - a)});
         return !(glm::length(glm::cross(a, b)) > 1e-12 * longest);
     };
@@ -98,13 +100,16 @@ void place_sphere(const Context& context, Request& request, Properties& p) {
     const Node& node = p.node();
     const glm::dvec3 centre = p.vector("center").value_or(glm::dvec3(0.0));
     const double radius = p.number("radius", 1.0);
-    if (!(radius > 0.0)) fail(node, fmt::format("{}: radius is {}, a positive number was expected", describe(node), radius));
+    if (!(radius > 0.0))
+        fail(node, fmt::format("{}: radius is {}, a positive number was expected", describe(node), radius));
     const glm::dmat3 linear(request.to_world);
     const double s = glm::length(linear[0]);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
             if (std::abs(glm::dot(linear[i], linear[j]) - (i == j ? s * s : 0.0)) > 1e-5 * s * s)
-                fail(node, fmt::format("{}: to_world scales unevenly or shears; a sphere allows rotation, translation and uniform scale", describe(node)));
+                fail(node, fmt::format("{}: to_world scales unevenly or shears; a sphere allows rotation, translation "
+                                       "and uniform scale",
+                                       describe(node)));
     shape.centre = glm::dvec3(request.to_world * glm::dvec4(centre, 1.0));
     shape.radius = radius * s;
     shape.axis_u = linear[0] / s;
@@ -125,8 +130,9 @@ void place_disk(Request& request, const Node& node) {
     shape.normal = glm::normalize(glm::inverseTranspose(linear)[2]) * (request.flip_normals ? -1.0 : 1.0);
 }
 
-/// Reads one <shape>; no value if it is left out.
-std::optional<Request> read_shape(const Context& context, const Document& document, MaterialTable& materials, const Node& node) {
+/// Reads one <shape>; no value if it is left out. `outer`: the transform of the instance it belongs to.
+std::optional<Request> read_shape(const Context& context, const Document& document, MaterialTable& materials,
+                                  const Node& node, const glm::dmat4& outer) {
     const std::string type = node.get("type");
     const bool file = type == "obj" || type == "ply";
     if (!file && type != "rectangle" && type != "cube" && type != "sphere" && type != "disk") {
@@ -138,7 +144,7 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     request.type = type;
     Shape& shape = request.shape;
     shape.node = &node;
-    request.to_world = p.transform("to_world").value_or(glm::dmat4(1.0));
+    request.to_world = outer * p.transform("to_world").value_or(glm::dmat4(1.0));
     request.flip_normals = p.boolean("flip_normals", false);
     const glm::dmat3 linear(request.to_world);
     const double volume = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
@@ -183,6 +189,26 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     return request;
 }
 
+/// <shape type="instance">: the shapes of its group, moved. They are copied; there is one acceleration structure.
+void read_instance(const Context& context, const Document& document, MaterialTable& materials, const Node& node,
+                   std::vector<Request>& requests) {
+    Properties p(context, document, node);
+    const glm::dmat4 to_world = p.transform("to_world").value_or(glm::dmat4(1.0));
+    const auto groups = p.objects("shape");
+    if (groups.size() != 1 || groups[0]->get("type") != "shapegroup")
+        fail(node, fmt::format("{} needs a reference to one <shape type=\"shapegroup\">", describe(node)));
+    p.finish();
+    Properties group(context, document, *groups[0]);
+    for (const Node* shape : group.objects("shape")) {
+        auto request = read_shape(context, document, materials, *shape, to_world);
+        if (!request) continue;
+        if (request->shape.radiance)
+            fail(*shape, fmt::format("{}: a shape of a shapegroup cannot emit", describe(*shape)));
+        requests.push_back(std::move(*request));
+    }
+    group.finish();
+}
+
 void load_mesh(Request& request) {
     if (!request.path.empty()) {
         request.shape.mesh = request.type == "ply" ? read_ply(request.path) : read_obj(request.path);
@@ -196,9 +222,14 @@ void load_mesh(Request& request) {
 
 std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials) {
     std::vector<Request> requests;
-    for (const auto& node : document.root.children)
-        if (node.tag == "shape")
-            if (auto request = read_shape(context, document, materials, node)) requests.push_back(std::move(*request));
+    for (const auto& node : document.root.children) {
+        if (node.tag != "shape" || node.get("type") == "shapegroup") continue;
+        if (node.get("type") == "instance") {
+            read_instance(context, document, materials, node, requests);
+        } else if (auto request = read_shape(context, document, materials, node, glm::dmat4(1.0))) {
+            requests.push_back(std::move(*request));
+        }
+    }
 
     std::vector<std::exception_ptr> errors(requests.size());
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
@@ -220,13 +251,15 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
             }
         }
         if (requests[i].dropped && requests[i].shape.mesh.triangles.empty()) {
-            context.problem(node, fmt::format("mesh '{}': all of its {} triangles are degenerate (zero area)", requests[i].path, requests[i].dropped),
+            context.problem(node,
+                            fmt::format("mesh '{}': all of its {} triangles are degenerate (zero area)",
+                                        requests[i].path, requests[i].dropped),
                             "the shape is left out");
             continue;
         }
         if (requests[i].dropped)
-            context.warn(node, fmt::format("mesh '{}': {} degenerate triangle{} dropped", requests[i].path, requests[i].dropped,
-                                           requests[i].dropped == 1 ? "" : "s"));
+            context.warn(node, fmt::format("mesh '{}': {} degenerate triangle{} dropped", requests[i].path,
+                                           requests[i].dropped, requests[i].dropped == 1 ? "" : "s"));
         shapes.push_back(std::move(requests[i].shape));
     }
     return shapes;

@@ -36,7 +36,8 @@ Picture read_picture(const std::string& path, bool raw) {
     if (!input) throw Error(fmt::format("texture '{}' cannot be read: {}", path, OIIO::geterror()));
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
-        throw Error(fmt::format("texture '{}' is empty ({} x {}, {} channels)", path, spec.width, spec.height, spec.nchannels));
+        throw Error(
+            fmt::format("texture '{}' is empty ({} x {}, {} channels)", path, spec.width, spec.height, spec.nchannels));
     Picture picture;
     picture.width = static_cast<std::uint32_t>(spec.width);
     picture.height = static_cast<std::uint32_t>(spec.height);
@@ -122,7 +123,8 @@ void TextureTable::load(const Context& context, Scene& scene) const {
         Picture& picture = pictures[i];
         texture.width = picture.width;
         texture.height = picture.height;
-        const std::size_t words = static_cast<std::size_t>(picture.width) * picture.height * (picture.bytes.empty() ? 3 : 1);
+        const std::size_t words =
+            static_cast<std::size_t>(picture.width) * picture.height * (picture.bytes.empty() ? 3 : 1);
         if (scene.texels.size() + words > 0xffffffffu) fail(*spec.node, "the scene's textures exceed 16 GiB");
         texture.offset = static_cast<std::uint32_t>(scene.texels.size());
         scene.texels.reserve(scene.texels.size() + words);
@@ -137,15 +139,17 @@ void TextureTable::load(const Context& context, Scene& scene) const {
             for (std::size_t t = 0; t < picture.floats.size(); ++t) {
                 float v = picture.floats[t];
                 if (!std::isfinite(v))
-                    fail(*spec.node, fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})", spec.path,
-                                                 t / 3 % picture.width, t / 3 / picture.width));
+                    fail(*spec.node, fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})",
+                                                 spec.path, t / 3 % picture.width, t / 3 / picture.width));
                 if (v < 0.0f || v > 1.0f) ++clamped;
                 v = std::min(std::max(v, 0.0f), 1.0f);
                 scene.texels.push_back(std::bit_cast<std::uint32_t>(v));
             }
             if (clamped)
-                context.warn(*spec.node, fmt::format("texture '{}': {} values outside [0, 1] clamped, as a reflectance cannot exceed 1",
-                                                     spec.path, clamped));
+                context.warn(
+                    *spec.node,
+                    fmt::format("texture '{}': {} values outside [0, 1] clamped, as a reflectance cannot exceed 1",
+                                spec.path, clamped));
         }
         scene.textures.push_back(texture);
         picture = Picture{};
@@ -169,8 +173,11 @@ glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, doub
         for (std::size_t x = 0; x < picture.width; ++x)
             for (std::size_t c = 0; c < 3; ++c) {
                 const std::size_t i = (y * picture.width + x) * 3 + c;
-                const double v = picture.bytes.empty() ? static_cast<double>(picture.floats[i]) : table[picture.bytes[i]];
-                if (!std::isfinite(v)) fail(node, fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})", path, x, y));
+                const double v =
+                    picture.bytes.empty() ? static_cast<double>(picture.floats[i]) : table[picture.bytes[i]];
+                if (!std::isfinite(v))
+                    fail(node,
+                         fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})", path, x, y));
                 row[static_cast<int>(c)] += v;
             }
         sum += weight * row;

@@ -14,7 +14,9 @@ namespace fs = std::filesystem;
 
 namespace irradia::loader {
 
-std::string where(const Node& node) { return fmt::format("{}:{}", node.file ? *node.file : std::string("?"), node.line); }
+std::string where(const Node& node) {
+    return fmt::format("{}:{}", node.file ? *node.file : std::string("?"), node.line);
+}
 
 std::string describe(const Node& node) {
     std::string text = "<" + node.tag;
@@ -57,8 +59,8 @@ std::string did_you_mean(std::string_view name, const std::vector<std::string>& 
 
 void Context::unsupported(const Node& node, const std::string& supported, const std::string& substitute) const {
     if (!options.lenient)
-        fail(node, fmt::format("{} is not supported (supported: {}); --lenient substitutes: {}", describe(node), supported,
-                               substitute));
+        fail(node, fmt::format("{} is not supported (supported: {}); --lenient substitutes: {}", describe(node),
+                               supported, substitute));
     warn(node, fmt::format("{} is not supported; substituted: {}", describe(node), substitute));
 }
 
@@ -129,7 +131,8 @@ const std::map<std::string, std::set<std::string>>& known_tags() {
 
 class Reader {
 public:
-    Reader(const Context& context, Document& document) : context_(context), document_(document), values_(context.options.defines) {}
+    Reader(const Context& context, Document& document)
+        : context_(context), document_(document), values_(context.options.defines) {}
 
     void read(const std::string& path) {
         document_.search_folders.push_back(fs::path(path).parent_path().string());
@@ -149,7 +152,7 @@ private:
     Document& document_;
     std::map<std::string, std::string> values_;  // -D and <default>
     std::set<std::string> used_;
-    std::vector<std::string> stack_;             // files being read, for include loops
+    std::vector<std::string> stack_;  // files being read, for include loops
     std::deque<Node> alias_nodes_;
     std::vector<std::pair<const Node*, std::string>> aliases_;
 
@@ -160,7 +163,8 @@ private:
             fail(*includer, fmt::format("'{}' includes itself ({})", path, fmt::join(stack_, " -> ")));
         std::ifstream stream(path, std::ios::binary);
         if (!fs::exists(path, ignored)) throw Error(fmt::format("scene file '{}' does not exist", path));
-        if (fs::is_directory(path, ignored) || !stream) throw Error(fmt::format("scene file '{}' cannot be read", path));
+        if (fs::is_directory(path, ignored) || !stream)
+            throw Error(fmt::format("scene file '{}' cannot be read", path));
         std::stringstream buffer;
         buffer << stream.rdbuf();
         const std::string text = buffer.str();
@@ -177,7 +181,8 @@ private:
         pugi::xml_document xml;
         const auto result = xml.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
         if (!result) {
-            const auto message = result.status == pugi::status_no_document_element ? "no XML element in it" : result.description();
+            const auto message =
+                result.status == pugi::status_no_document_element ? "no XML element in it" : result.description();
             throw Error(fmt::format("{}:{}: malformed XML: {}", path, line_of(result.offset), message));
         }
         const pugi::xml_node root = xml.document_element();
@@ -201,16 +206,19 @@ private:
             if (!parent) fail(node, fmt::format("the root element is <{}>, <scene> was expected", node.tag));
             std::vector<std::string> names;
             for (const auto& entry : known_tags()) names.push_back(entry.first);
-            context_.problem(node, fmt::format("unknown element <{}>{}", node.tag, did_you_mean(node.tag, names)), "left out");
+            context_.problem(node, fmt::format("unknown element <{}>{}", node.tag, did_you_mean(node.tag, names)),
+                             "left out");
             node.tag.clear();
             return node;
         }
         for (const auto& attribute : xml.attributes()) {
             const std::string key = attribute.name();
-            if (node.attributes.count(key)) fail(node, fmt::format("{}: attribute '{}' is given twice", describe(node), key));
+            if (node.attributes.count(key))
+                fail(node, fmt::format("{}: attribute '{}' is given twice", describe(node), key));
             if (!known->second.count(key)) {
                 const std::vector<std::string> names(known->second.begin(), known->second.end());
-                context_.problem(node, fmt::format("<{}>: unknown attribute '{}'{}", node.tag, key, did_you_mean(key, names)),
+                context_.problem(node,
+                                 fmt::format("<{}>: unknown attribute '{}'{}", node.tag, key, did_you_mean(key, names)),
                                  "ignored");
                 continue;
             }
@@ -219,7 +227,8 @@ private:
         for (const auto& child : xml.children()) {
             if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
                 node.line = line_of(child.offset_debug());
-                fail(node, fmt::format("stray text '{}' inside <{}>", std::string(child.value()).substr(0, 30), node.tag));
+                fail(node,
+                     fmt::format("stray text '{}' inside <{}>", std::string(child.value()).substr(0, 30), node.tag));
             }
             if (child.type() != pugi::node_element) continue;
             Node converted = convert(child, file, line_of, &node);
@@ -247,7 +256,8 @@ private:
         } else if (child.tag == "path") {
             const fs::path folder = fs::path(*child.file).parent_path() / need("value");
             std::error_code ignored;
-            if (!fs::is_directory(folder, ignored)) fail(child, fmt::format("<path>: '{}' is not a folder", folder.string()));
+            if (!fs::is_directory(folder, ignored))
+                fail(child, fmt::format("<path>: '{}' is not a folder", folder.string()));
             document_.search_folders.push_back(folder.string());
         } else if (child.tag == "alias") {
             need("id");
@@ -268,15 +278,16 @@ private:
                 continue;
             }
             std::size_t end = i + 1;
-            while (end < value.size() && (std::isalnum(static_cast<unsigned char>(value[end])) || value[end] == '_')) ++end;
+            while (end < value.size() && (std::isalnum(static_cast<unsigned char>(value[end])) || value[end] == '_'))
+                ++end;
             const std::string word = value.substr(i + 1, end - i - 1);
             std::size_t length = word.size();
             while (length > 0 && !values_.count(word.substr(0, length))) --length;
             if (length == 0) {
                 std::vector<std::string> names;
                 for (const auto& entry : values_) names.push_back(entry.first);
-                fail(node, fmt::format("<{}> uses ${}, which has no value: give -D {}=... or a <default> before it{}", node.tag,
-                                       word, word, did_you_mean(word, names)));
+                fail(node, fmt::format("<{}> uses ${}, which has no value: give -D {}=... or a <default> before it{}",
+                                       node.tag, word, word, did_you_mean(word, names)));
             }
             used_.insert(word.substr(0, length));
             result += values_.at(word.substr(0, length));
@@ -289,8 +300,8 @@ private:
         for (const auto& entry : context_.options.defines) {
             if (used_.count(entry.first)) continue;
             const std::vector<std::string> names(used_.begin(), used_.end());
-            const std::string message = fmt::format("-D {}: {} has no ${}{}", entry.first, document_.files.front(), entry.first,
-                                                    did_you_mean(entry.first, names));
+            const std::string message = fmt::format("-D {}: {} has no ${}{}", entry.first, document_.files.front(),
+                                                    entry.first, did_you_mean(entry.first, names));
             if (!context_.options.lenient) throw Error(message);
             context_.warn(message + "; ignored");
         }

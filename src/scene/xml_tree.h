@@ -1,4 +1,5 @@
-// The scene file as a tree: includes spliced in, $names substituted, ids collected, every node knowing its file and line.
+// The scene file as a tree: includes spliced in, $names substituted, ids collected, every node knowing its file and
+// line.
 #pragma once
 #include <deque>
 #include <map>
@@ -47,7 +48,8 @@ struct Document {
     Node root;
     std::unordered_map<std::string, const Node*> ids;  // id or alias -> element
 
-    /// The file an element's `filename` names: absolute, beside the element's file, or in a search folder. Throws Error.
+    /// The file an element's `filename` names: absolute, beside the element's file, or in a search folder. Throws
+    /// Error.
     [[nodiscard]] std::string resolve(const Node& node, const std::string& filename) const;
     /// Follows <ref id="..."/>. Throws Error naming the nearest id.
     [[nodiscard]] const Node& follow(const Node& ref) const;
