@@ -10,11 +10,13 @@
 #define IR_GLOBAL __global
 #define IR_LOCAL __local
 #define IR_CONSTANT __constant
+#define IR_LOCAL_ARRAY(type, name, size) __local type name[size]
 #define IR_LOCAL_ID ((uint)get_local_id(0))
 #define IR_LOCAL_SIZE ((uint)get_local_size(0))
 #define IR_GROUP_ID ((uint)get_group_id(0))
 #define IR_GLOBAL_ID ((uint)get_global_id(0))
 #define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
+#define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
 #define IR_AS_UINT(x) as_uint(x)
 #define IR_AS_FLOAT(x) as_float(x)
 #define IR_ATOMIC_ADD(p, v) atomic_add(p, v)
@@ -38,12 +40,14 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_KERNEL extern "C" __global__
 #define IR_GLOBAL
 #define IR_LOCAL
+#define IR_LOCAL_ARRAY(type, name, size) __shared__ type name[size]
 #define IR_CONSTANT static __device__ const
 #define IR_LOCAL_ID (threadIdx.x)
 #define IR_LOCAL_SIZE (blockDim.x)
 #define IR_GROUP_ID (blockIdx.x)
 #define IR_GLOBAL_ID (blockIdx.x * blockDim.x + threadIdx.x)
 #define IR_BARRIER() __syncthreads()
+#define IR_GLOBAL_FENCE() __threadfence()
 #define IR_AS_UINT(x) __float_as_uint(x)
 #define IR_AS_FLOAT(x) __uint_as_float(x)
 #define IR_ATOMIC_ADD(p, v) atomicAdd((uint*)(p), v)

@@ -10,10 +10,10 @@
 
 // ---- small tools ---------------------------------------------------------------------------------------------------
 
-// One byte of ones for each true lane: a mask whose lanes can be counted and walked with scalar instructions.
-IR_FN ulong lanes8(int8 m) { return as_ulong(convert_char8(m)); }
-IR_FN uint first_lane(ulong lanes) { return (uint)popcount((lanes & (0 - lanes)) - 1) >> 3; }
-IR_FN ulong without_lane(ulong lanes, uint i) { return lanes & ~(0xfful << (8 * i)); }
+// Bit 8 i for each true lane i: a mask whose lanes can be counted and walked with scalar instructions.
+IR_FN ulong lanes8(int8 m) { return as_ulong(convert_char8(m)) & 0x0101010101010101ul; }
+// The number of the lowest lane: trailing zeros, in the form that compilers know as such.
+IR_FN uint first_lane(ulong lanes) { return (uint)popcount(~lanes & (lanes - 1)) >> 3; }
 
 // 1 / d without infinities: a ray parallel to a slab lies then far outside of it or, also exactly in a box plane, inside.
 IR_FN float safe_reciprocal(float d) { return fabs(d) > 1e-18f ? 1.0f / d : (d < 0.0f ? -1e18f : 1e18f); }
@@ -29,6 +29,7 @@ IR_FN float16 safe_reciprocal16(float16 d) {
 typedef struct SingleRay {
     real3 origin, direction;
     float rx, ry, rz;             // reciprocal direction
+    float ox_rx, oy_ry, oz_rz;    // origin times reciprocal direction
     uint near_x, near_y, near_z;  // offset of the near faces; the far ones are at 24 - near_x, 40 - near_y, 56 - near_z
     uint kx, ky, kz;              // offset of the permuted coordinate within a vertex
     float okx, oky, okz;          // permuted origin
@@ -45,6 +46,9 @@ IR_FN SingleRay make_single_ray(real3 origin, real3 direction, float t_min) {
     r.rx = safe_reciprocal(direction.x);
     r.ry = safe_reciprocal(direction.y);
     r.rz = safe_reciprocal(direction.z);
+    r.ox_rx = origin.x * r.rx;
+    r.oy_ry = origin.y * r.ry;
+    r.oz_rz = origin.z * r.rz;
     r.near_x = r.rx < 0.0f ? 24 : 0;
     r.near_y = r.ry < 0.0f ? 32 : 8;
     r.near_z = r.rz < 0.0f ? 40 : 16;
@@ -71,21 +75,21 @@ IR_FN bool intersect_block(IR_GLOBAL const TriangleBlock* block, const SingleRay
 #pragma OPENCL FP_CONTRACT OFF
     IR_GLOBAL const float* v = block->v0x;
     const float8 az = vload8(0, v + r->kz) - r->okz;
-    const float8 ax = (vload8(0, v + r->kx) - r->okx) - r->sx * az;
-    const float8 ay = (vload8(0, v + r->ky) - r->oky) - r->sy * az;
+    const float8 ax = fma(az, -r->sx, vload8(0, v + r->kx) - r->okx);
+    const float8 ay = fma(az, -r->sy, vload8(0, v + r->ky) - r->oky);
     const float8 bz = vload8(0, v + 24 + r->kz) - r->okz;
-    const float8 bx = (vload8(0, v + 24 + r->kx) - r->okx) - r->sx * bz;
-    const float8 by = (vload8(0, v + 24 + r->ky) - r->oky) - r->sy * bz;
+    const float8 bx = fma(bz, -r->sx, vload8(0, v + 24 + r->kx) - r->okx);
+    const float8 by = fma(bz, -r->sy, vload8(0, v + 24 + r->ky) - r->oky);
     const float8 cz = vload8(0, v + 48 + r->kz) - r->okz;
-    const float8 cx = (vload8(0, v + 48 + r->kx) - r->okx) - r->sx * cz;
-    const float8 cy = (vload8(0, v + 48 + r->ky) - r->oky) - r->sy * cz;
+    const float8 cx = fma(cz, -r->sx, vload8(0, v + 48 + r->kx) - r->okx);
+    const float8 cy = fma(cz, -r->sy, vload8(0, v + 48 + r->ky) - r->oky);
     const float8 a = cx * by - cy * bx;  // weight of v0, times the determinant
     const float8 b = ax * cy - ay * cx;
     const float8 c = bx * ay - by * ax;
     const int8 inside = (min(min(a, b), c) >= 0.0f) | (max(max(a, b), c) <= 0.0f);
     if (lanes8(inside) == 0) return false;
     const float8 det = a + b + c;
-    const float8 t = (a * az + b * bz + c * cz) * r->sz / det;  // degenerate: 0 / 0, no hit
+    const float8 t = fma(a, az, fma(b, bz, c * cz)) * r->sz / det;  // degenerate: 0 / 0, no hit
     ulong lanes = lanes8(inside & (t > r->t_min) & (t < hit->t));
     if (lanes == 0) return false;
     float ts[8], bs[8], cs[8];
@@ -94,7 +98,7 @@ IR_FN bool intersect_block(IR_GLOBAL const TriangleBlock* block, const SingleRay
     vstore8(c / det, 0, cs);
     while (lanes) {
         const uint i = first_lane(lanes);
-        lanes = without_lane(lanes, i);
+        lanes &= lanes - 1;
         if (ts[i] < hit->t) {
             hit->t = ts[i];
             hit->u = bs[i];
@@ -135,31 +139,35 @@ IR_FN void trace_bvh8(const SceneData* s, const SingleRay* r, uint reference, Hi
         } else {
             IR_GLOBAL const Bvh8Node* node = s->nodes + reference;
             IR_GLOBAL const float* faces = node->lo_x;
-            const float8 nx = (vload8(0, faces + r->near_x) - r->origin.x) * r->rx;
-            const float8 ny = (vload8(0, faces + r->near_y) - r->origin.y) * r->ry;
-            const float8 nz = (vload8(0, faces + r->near_z) - r->origin.z) * r->rz;
-            const float8 fx = (vload8(0, faces + (24 - r->near_x)) - r->origin.x) * r->rx;
-            const float8 fy = (vload8(0, faces + (40 - r->near_y)) - r->origin.y) * r->ry;
-            const float8 fz = (vload8(0, faces + (56 - r->near_z)) - r->origin.z) * r->rz;
+            const float8 nx = fma(vload8(0, faces + r->near_x), r->rx, -r->ox_rx);
+            const float8 ny = fma(vload8(0, faces + r->near_y), r->ry, -r->oy_ry);
+            const float8 nz = fma(vload8(0, faces + r->near_z), r->rz, -r->oz_rz);
+            const float8 fx = fma(vload8(0, faces + (24 - r->near_x)), r->rx, -r->ox_rx);
+            const float8 fy = fma(vload8(0, faces + (40 - r->near_y)), r->ry, -r->oy_ry);
+            const float8 fz = fma(vload8(0, faces + (56 - r->near_z)), r->rz, -r->oz_rz);
             const float8 enter = max(max(nx, ny), max(nz, r->t_min));
             const float8 leave = min(min(fx, fy), min(fz, hit->t));
             ulong lanes = lanes8(enter <= leave);
             if (lanes) {
+                uint i = first_lane(lanes);
+                lanes &= lanes - 1;
+                reference = node->child[i];
+                if (lanes == 0) continue;  // the most frequent case
                 float d[8];
                 vstore8(enter, 0, d);
-                // Insertion into the stack by distance, the nearest on top; most nodes have one or two hits.
-                const int bottom = top;
-                while (lanes) {
-                    const uint i = first_lane(lanes);
-                    lanes = without_lane(lanes, i);
-                    int k = top++;
-                    for (; !any && k > bottom && distance[k - 1] < d[i]; --k) {
-                        distance[k] = distance[k - 1];
-                        stack[k] = stack[k - 1];
-                    }
-                    distance[k] = d[i];
-                    stack[k] = node->child[i];
-                }
+                float nearest = d[i];
+                // The nearest child is visited next, the others go to the stack.
+                do {
+                    i = first_lane(lanes);
+                    lanes &= lanes - 1;
+                    const uint child = node->child[i];
+                    const bool nearer = d[i] < nearest;
+                    stack[top] = nearer ? reference : child;
+                    distance[top++] = nearer ? nearest : d[i];
+                    reference = nearer ? child : reference;
+                    nearest = nearer ? d[i] : nearest;
+                } while (lanes);
+                continue;
             }
         }
         do {
@@ -209,11 +217,11 @@ typedef struct Lanes16 {
 IR_FN Lanes16 lanes16(int16 m) {
     const ulong2 both = as_ulong2(convert_char16(m));
     Lanes16 l;
-    l.lo = both.x;
-    l.hi = both.y;
+    l.lo = both.x & 0x0101010101010101ul;
+    l.hi = both.y & 0x0101010101010101ul;
     return l;
 }
-IR_FN uint lane_count(Lanes16 l) { return (uint)(popcount(l.lo) + popcount(l.hi)) >> 3; }
+IR_FN uint lane_count(Lanes16 l) { return (uint)(popcount(l.lo) + popcount(l.hi)); }
 
 typedef struct Packet {
     real3 origin;
@@ -296,11 +304,10 @@ IR_FN void packet_singles(const SceneData* s, uint reference, Lanes16 lanes, Pac
         uint i;
         if (lanes.lo) {
             i = first_lane(lanes.lo);
-            lanes.lo = without_lane(lanes.lo, i);
+            lanes.lo &= lanes.lo - 1;
         } else {
-            i = first_lane(lanes.hi);
-            lanes.hi = without_lane(lanes.hi, i);
-            i += 8;
+            i = first_lane(lanes.hi) + 8;
+            lanes.hi &= lanes.hi - 1;
         }
         const SingleRay r = make_single_ray(p->origin, (real3)(x[i], y[i], z[i]), p->t_min);
         Hit hit;

@@ -62,11 +62,26 @@ typedef struct CacheParameters {
     float in_front;         // slope of the in-front test (theory 4.3), 0 = off
     float coordinate;       // largest |coordinate| of the scene, for the test's rounding allowance
     float minimum_weight;   // a point is covered if the weights sum to more than this
-} CacheParameters;          // 32 bytes
+    float stretch;          // distances and angles count times this: > 1 asks for nearer records than the picture will use
+    float pad0, pad1, pad2;
+} CacheParameters;          // 48 bytes
+
+// What sample_hemispheres needs to make a record of its sums; by value.
+typedef struct RecordParameters {
+    float accuracy;         // `a`: support = a R for the distance rules
+    float min_spacing;      // support is clamped to [min_spacing, max_spacing] footprints
+    float max_spacing;
+    float aspect;           // largest support2 / support1
+    float r_min, r_max;     // distances are clamped to these, world units (theory 4.4)
+    float clamp_slope;      // neighbour clamp: support_i <= support_j + clamp_slope |p_i - p_j|; 0 = off
+    float diagonal;         // of the scene, world units
+    float tau;              // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
+    float pad0, pad1, pad2;
+} RecordParameters;         // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
 static_assert(sizeof(ShadingPoint) == 64 && sizeof(RecordKey) == 48 && sizeof(RecordValue) == 96 &&
-              sizeof(OctreeState) == 16 && sizeof(CacheParameters) == 32);
+              sizeof(OctreeState) == 16 && sizeof(CacheParameters) == 48 && sizeof(RecordParameters) == 48);
 }  // namespace irradia::shared
 #endif
 #endif

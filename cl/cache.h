@@ -1,0 +1,118 @@
+// Looking records up: (1.6) over the records whose weight is positive (1.9), each extrapolated by its gradients (1.7).
+#ifndef IR_CACHE_H
+#define IR_CACHE_H
+#include "octree.h"
+#include "weight.h"
+
+#ifndef IR_WEIGHT
+#define IR_WEIGHT IR_WEIGHT_WARD
+#endif
+
+typedef struct Cache {
+    IR_GLOBAL const uint* nodes;
+    IR_GLOBAL const uint* entries;
+    IR_GLOBAL const RecordKey* keys;
+    IR_GLOBAL const RecordValue* values;
+    CacheParameters parameters;
+} Cache;
+
+#define IR_CACHE_ARGS                                                                                                  \
+    IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const RecordKey *record_keys, \
+        IR_GLOBAL const RecordValue *record_values, CacheParameters cache_parameters
+#define IR_CACHE_INIT(c)         \
+    Cache c;                     \
+    c.nodes = octree_nodes;      \
+    c.entries = octree_entries;  \
+    c.keys = record_keys;        \
+    c.values = record_values;    \
+    c.parameters = cache_parameters
+
+// Weight of a record at (p, n), 0 if it does not apply.
+IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p, real3 n) {
+    const real3 delta = p - make_real3(k->px, k->py, k->pz);
+    const float distance =
+        elliptic_error(delta, make_real3(k->t2x, k->t2y, k->t2z), k->support1, k->support2) * c->stretch;
+    if (!(distance < 1.0f)) return 0.0f;
+    const real3 ni = make_real3(k->nx, k->ny, k->nz);
+    const float angle = normal_error(n, ni) * c->inverse_angle * c->stretch;
+#if IR_WEIGHT == 1  // Tabellion: support and angle are already in units of 1/kappa
+    const float w = 1.0f - max(distance, angle);
+#else
+    const float w = ward_weight_normalised(distance + angle);
+#endif
+    if (!(w > 0.0f)) return 0.0f;
+    if (c->in_front > 0.0f) {
+        const real3 pi = make_real3(k->px, k->py, k->pz);
+        if (is_in_front(p, n, pi, ni, c->in_front, c->coordinate) || is_below(p, n, pi, ni)) return 0.0f;
+    }
+    return w;
+}
+
+// One channel of (1.7), within [0, 2 E_i] (theory 4.5).
+IR_FN float extrapolate(float e, real3 turn, real3 rotation, real3 delta, real3 translation) {
+    return clamp(e + dot(turn, rotation) + dot(delta, translation), 0.0f, 2.0f * e);
+}
+
+// Irradiance of record i extrapolated to (p, n) (1.7); each channel within [0, 2 E_i] (theory 4.5).
+IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k, real3 p, real3 n) {
+    const real3 delta = p - make_real3(k->px, k->py, k->pz);
+    const real3 turn = cross(make_real3(k->nx, k->ny, k->nz), n);
+    real3 e;
+    e.x = extrapolate(v->e[0], turn, make_real3(v->rotation[0], v->rotation[1], v->rotation[2]), delta,
+                      make_real3(v->translation[0], v->translation[1], v->translation[2]));
+    e.y = extrapolate(v->e[1], turn, make_real3(v->rotation[3], v->rotation[4], v->rotation[5]), delta,
+                      make_real3(v->translation[3], v->translation[4], v->translation[5]));
+    e.z = extrapolate(v->e[2], turn, make_real3(v->rotation[6], v->rotation[7], v->rotation[8]), delta,
+                      make_real3(v->translation[6], v->translation[7], v->translation[8]));
+    return e;
+}
+
+// Walks the octree to p. Adds w E_i to *sum for every record with w > 0 (nothing if sum is null) and returns the sum of
+// the weights; if sum is null it may return as soon as the point is known to be covered.
+IR_FN float cache_gather(const Cache* c, real3 p, real3 n, bool only_coverage, real3* sum) {
+    const CacheParameters q = c->parameters;
+    const uint x = octree_coordinate(p.x, q.origin_x, q.size);
+    const uint y = octree_coordinate(p.y, q.origin_y, q.size);
+    const uint z = octree_coordinate(p.z, q.origin_z, q.size);
+    float weights = 0.0f;
+    uint node = 0u;
+    for (uint level = 0u;; ++level) {
+        uint link = c->nodes[IR_NODE_STRIDE * node + IR_NODE_HEAD];
+        while (link != 0u) {
+            const uint record = c->entries[2u * (link - 1u)];
+            link = c->entries[2u * (link - 1u) + 1u];
+            const RecordKey key = c->keys[record];
+            const float w = record_weight(&q, &key, p, n);
+            if (w > 0.0f) {
+                weights += w;
+                if (only_coverage) {
+                    if (weights > q.minimum_weight) return weights;
+                } else {
+                    *sum += record_irradiance(&c->values[record], &key, p, n) * w;
+                }
+            }
+        }
+        if (level >= IR_OCTREE_MAX_DEPTH) break;
+        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - level;
+        const uint child = ((x >> shift) & 1u) | (((y >> shift) & 1u) << 1) | (((z >> shift) & 1u) << 2);
+        node = c->nodes[IR_NODE_STRIDE * node + child];
+        if (node == 0u) break;
+    }
+    return weights;
+}
+
+// True if the records suffice at (p, n).
+IR_FN bool cache_covers(const Cache* c, real3 p, real3 n) {
+    real3 unused = make_real3(0.0f, 0.0f, 0.0f);
+    return cache_gather(c, p, n, true, &unused) > c->parameters.minimum_weight;
+}
+
+// Interpolated irradiance (1.6) in W·m⁻²; false (and zero) where no record applies.
+IR_FN bool cache_lookup(const Cache* c, real3 p, real3 n, real3* irradiance) {
+    real3 sum = make_real3(0.0f, 0.0f, 0.0f);
+    const float weights = cache_gather(c, p, n, false, &sum);
+    const bool found = weights > 0.0f;
+    *irradiance = found ? sum * (1.0f / weights) : make_real3(0.0f, 0.0f, 0.0f);
+    return found;
+}
+#endif

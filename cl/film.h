@@ -1,0 +1,66 @@
+// What a pixel gathers: sums over its samples of the picture's two parts and, if asked for, of the AOVs.
+#ifndef IR_FILM_H
+#define IR_FILM_H
+#include "surface.h"
+
+// Floats a pixel in the film buffer: direct RGB, indirect RGB [, albedo RGB, normal XYZ, depth].
+#ifdef IR_AOVS
+#define IR_FILM_CHANNELS 13u
+#else
+#define IR_FILM_CHANNELS 6u
+#endif
+
+// Ray counters, in the order the host reads them.
+#define IR_RAYS_CAMERA 0
+#define IR_RAYS_HEMISPHERE 1
+#define IR_RAYS_BOUNCE 2
+#define IR_RAYS_SHADOW 3
+
+typedef struct PixelSum {
+    real3 direct, indirect;
+#ifdef IR_AOVS
+    real3 albedo, normal;
+    float depth;
+#endif
+} PixelSum;
+
+IR_FN void pixel_clear(PixelSum* sum) {
+    sum->direct = sum->indirect = make_real3(0.0f, 0.0f, 0.0f);
+#ifdef IR_AOVS
+    sum->albedo = sum->normal = make_real3(0.0f, 0.0f, 0.0f);
+    sum->depth = 0.0f;
+#endif
+}
+
+IR_FN void pixel_add_miss(PixelSum* sum, real3 sky) { sum->direct += sky; }
+
+// One sample that saw surface f at distance t. Depth is the distance along the ray, in world units.
+IR_FN void pixel_add(PixelSum* sum, const Surface* f, float t, real3 direct, real3 indirect) {
+    sum->direct += direct;
+    sum->indirect += indirect;
+#ifdef IR_AOVS
+    sum->albedo += f->albedo;
+    sum->normal += f->ns;
+    sum->depth += t;
+#endif
+}
+
+IR_FN void pixel_store(const PixelSum* sum, IR_GLOBAL float* film, uint slot) {
+    IR_GLOBAL float* out = film + slot * IR_FILM_CHANNELS;
+    out[0] = sum->direct.x;
+    out[1] = sum->direct.y;
+    out[2] = sum->direct.z;
+    out[3] = sum->indirect.x;
+    out[4] = sum->indirect.y;
+    out[5] = sum->indirect.z;
+#ifdef IR_AOVS
+    out[6] = sum->albedo.x;
+    out[7] = sum->albedo.y;
+    out[8] = sum->albedo.z;
+    out[9] = sum->normal.x;
+    out[10] = sum->normal.y;
+    out[11] = sum->normal.z;
+    out[12] = sum->depth;
+#endif
+}
+#endif

@@ -1,0 +1,23 @@
+// Stage 1 of an iteration: one pixel of every 16x16 block looks its surface up in the cache; where the records do not
+// suffice it writes the point that wants one. The host gathers the marked points into the record stack, in block order.
+#include "camera.h"
+#include "cache.h"
+#include "shading_point.h"
+
+IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL ShadingPoint* points, uint x_in_block,
+                           uint y_in_block, uint blocks_x, uint block_count) {
+    const uint block = IR_GLOBAL_ID;
+    if (block >= block_count) return;
+    IR_SCENE_INIT(s);
+    IR_CACHE_INIT(cache);
+    points[block].state = IR_POINT_NONE;
+    const uint x = (block % blocks_x) * 16u + x_in_block, y = (block / blocks_x) * 16u + y_in_block;
+    if (x >= info->width || y >= info->height) return;
+    const CameraRay ray = camera_ray_at(info, (float)x + 0.5f, (float)y + 0.5f);
+    const real3 origin = camera_origin(info);
+    const Hit hit = trace_closest(&s, origin, ray.direction, ray.t_min, ray.t_max);
+    if (hit.primitive == IR_NO_PRIMITIVE) return;
+    const Surface f = surface_at(&s, origin, ray.direction, &hit);
+    if (!wants_irradiance(&f) || cache_covers(&cache, f.p, f.ns)) return;
+    points[block] = make_shading_point(info, &f, ray.direction, hit.t, y * info->width + x);
+}

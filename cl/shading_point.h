@@ -1,0 +1,35 @@
+// Points that want a record or a hemisphere of their own.
+#ifndef IR_SHADING_POINT_H
+#define IR_SHADING_POINT_H
+#include "irradia/shared/record_types.h"
+#include "surface.h"
+
+IR_FN bool wants_irradiance(const Surface* f) { return max(max(f->albedo.x, f->albedo.y), f->albedo.z) > 0.0f; }
+
+// Edge of a pixel on the surface: its size at that depth, over the root of the cosine (the projected area is 1 / cos),
+// which is kept above .1 so that grazing surfaces do not get huge records.
+IR_FN float pixel_footprint(const IR_GLOBAL SceneInfo* info, real3 direction, float t, real3 ng) {
+    const real3 forward = make_real3(info->camera.forwardx, info->camera.forwardy, info->camera.forwardz);
+    return t * dot(direction, forward) * info->camera.pixel_size * rsqrt(max(fabs(dot(direction, ng)), 0.1f));
+}
+
+IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float t,
+                                      uint pixel) {
+    ShadingPoint q;
+    q.px = f->p.x;
+    q.py = f->p.y;
+    q.pz = f->p.z;
+    q.state = IR_POINT_MISS;
+    q.nx = f->ns.x;
+    q.ny = f->ns.y;
+    q.nz = f->ns.z;
+    q.footprint = pixel_footprint(info, direction, t, f->ng);
+    q.gx = f->ng.x;
+    q.gy = f->ng.y;
+    q.gz = f->ng.z;
+    q.offset = f->error;
+    q.pixel = pixel;
+    q.pad0 = q.pad1 = q.pad2 = 0u;
+    return q;
+}
+#endif

@@ -1,0 +1,70 @@
+// Bitmap textures: repeat, mirror or clamp, nearest or bilinear; texel centres at half integers, row 0 at v = 0 (as Mitsuba).
+#ifndef IR_TEXTURE_H
+#define IR_TEXTURE_H
+#include "sampling.h"
+#include "scene.h"
+
+#if IR_FEATURES & IR_FEATURE_TEXTURES
+IR_FN float srgb_to_linear(float c) {
+    // IEC 61966-2-1; powr is slow on CPUs, so x^2.4 = x^2 * (x^0.4) by exp2/log2 of one number.
+    return c <= 0.04045f ? c * (1.0f / 12.92f) : exp2(2.4f * log2((c + 0.055f) * (1.0f / 1.055f)));
+}
+
+IR_FN int wrap_coordinate(int i, int size, uint wrap) {
+    if (wrap == IR_WRAP_CLAMP) return min(max(i, 0), size - 1);
+    if (wrap == IR_WRAP_MIRROR) {
+        int m = i % (2 * size);
+        if (m < 0) m += 2 * size;
+        return m < size ? m : 2 * size - 1 - m;
+    }
+    const int m = i % size;
+    return m < 0 ? m + size : m;
+}
+
+IR_FN real3 texel(const SceneData* s, const Texture* t, int x, int y) {
+    const uint index = (uint)(wrap_coordinate(y, (int)t->height, t->wrap)) * t->width +
+                       (uint)wrap_coordinate(x, (int)t->width, t->wrap);
+    if (t->format == IR_TEXTURE_RGB32F) {
+        const IR_GLOBAL uint* c = s->texels + t->offset + 3u * index;
+        return make_real3(IR_AS_FLOAT(c[0]), IR_AS_FLOAT(c[1]), IR_AS_FLOAT(c[2]));
+    }
+    const uint c = s->texels[t->offset + index];
+    const real3 raw = make_real3((float)(c & 255u), (float)((c >> 8) & 255u), (float)((c >> 16) & 255u)) * (1.0f / 255.0f);
+    if (t->format == IR_TEXTURE_RGBA8_LINEAR) return raw;
+    return make_real3(srgb_to_linear(raw.x), srgb_to_linear(raw.y), srgb_to_linear(raw.z));
+}
+
+IR_FN real3 texture_lookup(const SceneData* s, int index, float u, float v) {
+    const Texture t = s->textures[index];
+    const float x = (t.m00 * u + t.m01 * v + t.m02) * (float)t.width;
+    const float y = (t.m10 * u + t.m11 * v + t.m12) * (float)t.height;
+    if (t.filter == IR_FILTER_NEAREST) return texel(s, &t, (int)floor(x), (int)floor(y));
+    const float fx = floor(x - 0.5f), fy = floor(y - 0.5f);
+    const float ax = x - 0.5f - fx, ay = y - 0.5f - fy;
+    const int ix = (int)fx, iy = (int)fy;
+    const real3 top = texel(s, &t, ix, iy) * (1.0f - ax) + texel(s, &t, ix + 1, iy) * ax;
+    const real3 bottom = texel(s, &t, ix, iy + 1) * (1.0f - ax) + texel(s, &t, ix + 1, iy + 1) * ax;
+    return top * (1.0f - ay) + bottom * ay;
+}
+
+// Mitsuba's sphere: u = azimuth / 2 pi in the object frame, v = polar angle / pi.
+IR_FN void sphere_uv(const Analytic* q, real3 out, float* u, float* v) {
+    const real3 x = make_real3(q->ux, q->uy, q->uz), z = make_real3(q->vx, q->vy, q->vz);
+    const real3 y = cross(z, x);
+    float phi = atan2(dot(out, y), dot(out, x));
+    if (phi < 0.0f) phi += 2.0f * IR_PI;
+    *u = phi * (0.5f * IR_INV_PI);
+    *v = acos(clamp(dot(out, z), -1.0f, 1.0f)) * IR_INV_PI;
+}
+
+// Mitsuba's disk: u = radius in [0,1], v = azimuth / 2 pi.
+IR_FN void disk_uv(const Analytic* q, real3 p, float* u, float* v) {
+    const real3 d = p - make_real3(q->px, q->py, q->pz);
+    const float x = dot(d, make_real3(q->ux, q->uy, q->uz)), y = dot(d, make_real3(q->vx, q->vy, q->vz));
+    float phi = atan2(y, x);
+    if (phi < 0.0f) phi += 2.0f * IR_PI;
+    *u = sqrt(x * x + y * y);
+    *v = phi * (0.5f * IR_INV_PI);
+}
+#endif
+#endif

@@ -1,0 +1,140 @@
+#include "cache/RecordCache.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace irradia {
+namespace {
+constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 32768;
+constexpr std::size_t node_bytes = 9 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
+constexpr std::size_t items = 64;  // work-group size of the insertion kernels
+
+std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }
+}  // namespace
+
+RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device_(device), settings_(settings) {
+    float size = 0, coordinate = 0;
+    for (int i = 0; i < 3; ++i) {
+        size = std::max(size, settings.upper[i] - settings.lower[i]);
+        coordinate = std::max({coordinate, std::abs(settings.upper[i]), std::abs(settings.lower[i])});
+    }
+    // A margin, so that points that rounding puts outside the bounds still fall into the right cell.
+    if (!(size > 0)) size = std::max(coordinate, 1.0f);
+    parameters_.size = size * 1.02f;
+    parameters_.origin_x = 0.5f * (settings.lower[0] + settings.upper[0]) - 0.5f * parameters_.size;
+    parameters_.origin_y = 0.5f * (settings.lower[1] + settings.upper[1]) - 0.5f * parameters_.size;
+    parameters_.origin_z = 0.5f * (settings.lower[2] + settings.upper[2]) - 0.5f * parameters_.size;
+    parameters_.inverse_angle = settings.inverse_angle;
+    parameters_.in_front = settings.in_front_slope;
+    parameters_.coordinate = coordinate;
+    parameters_.stretch = 1;
+    const shared::OctreeState empty{1, 0, 0, 0};  // node 0 is the root
+    state_ = device_.upload(&empty, sizeof empty);
+    grow_records(first_records);
+    grow_octree(first_nodes, first_entries);
+    octree_.growths = 0;
+}
+
+void RecordCache::grow_records(std::size_t capacity) {
+    Buffer keys = device_.allocate(capacity * sizeof(shared::RecordKey));
+    Buffer values = device_.allocate(capacity * sizeof(shared::RecordValue));
+    if (size_ > 0) {
+        device_.copy(keys_, keys, size_ * sizeof(shared::RecordKey));
+        device_.copy(values_, values, size_ * sizeof(shared::RecordValue));
+        device_.finish();
+    }
+    keys_ = std::move(keys);
+    values_ = std::move(values);
+    capacity_ = capacity;
+}
+
+void RecordCache::grow_octree(std::size_t nodes, std::size_t entries) {
+    if (nodes != node_capacity_) {
+        Buffer fresh = device_.allocate(nodes * node_bytes);
+        device_.fill(fresh, 0, nodes * node_bytes);  // a fresh node has no children and no records
+        if (node_capacity_ > 0) device_.copy(nodes_, fresh, node_capacity_ * node_bytes);
+        device_.finish();
+        nodes_ = std::move(fresh);
+        node_capacity_ = nodes;
+    }
+    if (entries != entry_capacity_) {
+        Buffer fresh = device_.allocate(entries * entry_bytes);
+        if (entry_capacity_ > 0) device_.copy(entries_, fresh, entry_capacity_ * entry_bytes);
+        device_.finish();
+        entries_ = std::move(fresh);
+        entry_capacity_ = entries;
+    }
+    ++octree_.growths;
+}
+
+std::uint32_t RecordCache::reserve(std::size_t count) {
+    if (size_ + count > capacity_) grow_records(std::max(2 * capacity_, size_ + count));
+    return static_cast<std::uint32_t>(size_);
+}
+
+void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& stack) {
+    if (count == 0) return;
+    const auto first = static_cast<std::uint32_t>(size_), n = static_cast<std::uint32_t>(count);
+    if (settings_.clamp_slope > 0 && size_ > 0) {
+        device_.kernel("insert_records.cl", "clamp_new_records", defines())
+            .arg(nodes_).arg(entries_).arg(keys_).arg(parameters_).arg(points).arg(stack)
+            .arg(settings_.clamp_slope).arg(settings_.min_spacing).arg(first).arg(n)
+            .run(groups_of(count), items);
+        device_.kernel("insert_records.cl", "clamp_old_records", defines())
+            .arg(nodes_).arg(entries_).arg(keys_).arg(parameters_)
+            .arg(settings_.clamp_slope).arg(first).arg(n)
+            .run(groups_of(count), items);
+    }
+    for (;;) {
+        device_.kernel("insert_records.cl", "insert_records", defines())
+            .arg(nodes_).arg(entries_).arg(state_).arg(keys_).arg(parameters_)
+            .arg(static_cast<std::uint32_t>(node_capacity_)).arg(static_cast<std::uint32_t>(entry_capacity_))
+            .arg(first).arg(n)
+            .run(groups_of(count), items);
+        shared::OctreeState state{};
+        device_.read(state_, &state, sizeof state);
+        octree_.nodes = std::min<std::uint64_t>(state.node_count, node_capacity_);
+        octree_.entries = std::min<std::uint64_t>(state.entry_count, entry_capacity_);
+        octree_.depth = state.depth;
+        if (state.overflow == 0) break;
+        // What did fit stays; entering a record twice is harmless, so the whole batch is simply run again.
+        const bool more_nodes = state.node_count > node_capacity_, more_entries = state.entry_count > entry_capacity_;
+        state.node_count = static_cast<std::uint32_t>(octree_.nodes);
+        state.entry_count = static_cast<std::uint32_t>(octree_.entries);
+        state.overflow = 0;
+        grow_octree(more_nodes ? 2 * node_capacity_ : node_capacity_, more_entries ? 2 * entry_capacity_ : entry_capacity_);
+        device_.write(state_, &state, sizeof state);
+    }
+    size_ += count;
+}
+
+shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {
+    shared::CacheParameters p = parameters_;
+    if (placement) {
+        p.stretch = settings_.placement_stretch;
+        p.minimum_weight = settings_.minimum_weight;
+    }
+    return p;
+}
+
+Kernel& RecordCache::bind(Kernel& kernel, bool placement) const {
+    return kernel.arg(nodes_).arg(entries_).arg(keys_).arg(values_).arg(parameters(placement));
+}
+
+std::map<std::string, std::string> RecordCache::defines() const {
+    return {{"IR_WEIGHT", settings_.tabellion ? "1" : "0"}};
+}
+
+std::vector<shared::RecordKey> RecordCache::download_keys() const {
+    std::vector<shared::RecordKey> keys(size_);
+    if (size_ > 0) device_.read(keys_, keys.data(), size_ * sizeof keys[0]);
+    return keys;
+}
+
+std::vector<shared::RecordValue> RecordCache::download_values() const {
+    std::vector<shared::RecordValue> values(size_);
+    if (size_ > 0) device_.read(values_, values.data(), size_ * sizeof values[0]);
+    return values;
+}
+
+}  // namespace irradia

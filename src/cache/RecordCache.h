@@ -1,0 +1,73 @@
+// Records and their octree in device memory, grown by the host as they fill: nothing is lost and there is no maximum
+// but the memory. The kernels are cl/insert_records.cl; what a record is: shared/record_types.h.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "irradia/Device.h"
+#include "irradia/shared/record_types.h"
+
+namespace irradia {
+
+/// The stack of points that want a record: indices into a device array of ShadingPoint, in a fixed order.
+struct RecordStack {
+    std::vector<std::uint32_t> indices;
+    [[nodiscard]] bool empty() const noexcept { return indices.empty(); }
+    [[nodiscard]] std::size_t size() const noexcept { return indices.size(); }
+};
+
+/// Where the octree lies and how look-ups weigh.
+struct CacheSettings {
+    std::array<float, 3> lower{}, upper{};  ///< bounds of all surfaces, world units after centring
+    float inverse_angle = 5;                ///< e_n = inverse_angle |n - n_i| / sqrt 2
+    float in_front_slope = 0.05f;           ///< theory 4.3; 0 = the test is off
+    float placement_stretch = 1;            ///< see CacheParameters::stretch; for coverage tests
+    float minimum_weight = 0;               ///< see CacheParameters::minimum_weight
+    bool tabellion = false;                 ///< weights (1.11)-(1.13) instead of (1.8)
+    float clamp_slope = 1;                  ///< neighbour clamp; 0 = off
+    float min_spacing = 1.5f;               ///< footprints: neighbour clamping does not shrink a record below this
+};
+
+class RecordCache {
+public:
+    RecordCache(Device& device, const CacheSettings& settings);
+
+    /// Room for `count` more records; returns the index of the first. Call before the kernel that writes them.
+    std::uint32_t reserve(std::size_t count);
+    /// Enters records [size(), size() + count), which a kernel has written, made at points[stack[i]].
+    void insert(std::size_t count, const Buffer& points, const Buffer& stack);
+
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
+    [[nodiscard]] const Buffer& keys() const noexcept { return keys_; }
+    [[nodiscard]] const Buffer& values() const noexcept { return values_; }
+
+    /// Parameters for look-ups: for the picture, or for the question whether a point is covered.
+    [[nodiscard]] shared::CacheParameters parameters(bool placement) const noexcept;
+    /// Sets IR_CACHE_ARGS.
+    Kernel& bind(Kernel& kernel, bool placement) const;
+    /// Definitions that kernels with look-ups are compiled with.
+    [[nodiscard]] std::map<std::string, std::string> defines() const;
+
+    /// Copies to the host.
+    [[nodiscard]] std::vector<shared::RecordKey> download_keys() const;
+    [[nodiscard]] std::vector<shared::RecordValue> download_values() const;
+
+    struct Octree {
+        std::uint64_t nodes = 1, entries = 0, depth = 0, growths = 0;
+    };
+    [[nodiscard]] const Octree& octree() const noexcept { return octree_; }
+
+private:
+    void grow_records(std::size_t capacity);
+    void grow_octree(std::size_t nodes, std::size_t entries);
+
+    Device& device_;
+    CacheSettings settings_;
+    shared::CacheParameters parameters_{};
+    Buffer keys_, values_, nodes_, entries_, state_;
+    std::size_t size_ = 0, capacity_ = 0, node_capacity_ = 0, entry_capacity_ = 0;
+    Octree octree_;
+};
+
+}  // namespace irradia

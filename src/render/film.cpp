@@ -1,0 +1,60 @@
+#include "render/film.h"
+
+#include <algorithm>
+
+namespace irradia {
+
+Film::Film(int width, int height, bool aovs) : width_(width), height_(height), channels_(aovs ? 13 : 6) {
+    const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    sum_.assign(n * channels_, 0.0);
+    count_.assign(n, 0);
+}
+
+void Film::add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples) {
+    double* to = &sum_[pixel * channels_];
+    for (std::size_t c = 0; c < channels_; ++c) to[c] += static_cast<double>(sums[c]);
+    count_[pixel] += samples;
+}
+
+void Film::add(const std::vector<float>& sums, std::size_t first, std::size_t count, std::uint32_t samples) {
+    for (std::size_t i = 0; i < count; ++i) add_pixel(&sums[i * channels_], first + i, samples);
+}
+
+void Film::add(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples) {
+    for (std::size_t i = 0; i < pixels.size(); ++i) add_pixel(&sums[i * channels_], pixels[i], samples);
+}
+
+void Film::clear(std::uint32_t pixel) {
+    std::fill_n(&sum_[pixel * channels_], channels_, 0.0);
+    count_[pixel] = 0;
+}
+
+Image Film::image(const RenderSettings& settings) const {
+    Image image;
+    image.width = width_;
+    image.height = height_;
+    const auto mean = [&](std::size_t pixel, std::size_t channel) {
+        return count_[pixel] > 0 ? sum_[pixel * channels_ + channel] / static_cast<double>(count_[pixel]) : 0.0;
+    };
+    const auto layer = [&](const std::string& name, int channels, std::size_t first, bool beauty) {
+        Layer l;
+        l.name = name;
+        l.channels = channels;
+        l.data.reserve(pixels() * static_cast<std::size_t>(channels));
+        for (std::size_t i = 0; i < pixels(); ++i)
+            for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
+                l.data.push_back(static_cast<float>(mean(i, first + c) + (beauty ? mean(i, 3 + c) : 0.0)));
+        image.layers.push_back(std::move(l));
+    };
+    layer("", 3, 0, true);
+    for (const std::string& name : settings.aovs) {
+        if (name == "direct") layer(name, 3, 0, false);
+        if (name == "indirect") layer(name, 3, 3, false);
+        if (name == "albedo") layer(name, 3, 6, false);
+        if (name == "normal") layer(name, 3, 9, false);
+        if (name == "depth") layer(name, 1, 12, false);
+    }
+    return image;
+}
+
+}  // namespace irradia

@@ -1,0 +1,38 @@
+// What the pixels have gathered: sums in double, so that 100 000 samples a pixel lose no precision.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "irradia/Image.h"
+#include "irradia/Renderer.h"
+
+namespace irradia {
+
+class Film {
+public:
+    Film(int width, int height, bool aovs);
+
+    [[nodiscard]] std::size_t pixels() const noexcept { return count_.size(); }
+    /// Floats a pixel of a kernel's film buffer: IR_FILM_CHANNELS of cl/film.h.
+    [[nodiscard]] std::size_t channels() const noexcept { return channels_; }
+
+    /// Adds a kernel's sums over `samples` samples: slot i of `sums` belongs to pixel first + i ...
+    void add(const std::vector<float>& sums, std::size_t first, std::size_t count, std::uint32_t samples);
+    /// ... or to pixel pixels[i].
+    void add(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples);
+    /// Forgets what pixel i has gathered.
+    void clear(std::uint32_t pixel);
+
+    /// The picture and the layers asked for ("records" is left empty: the cache knows where they lie).
+    [[nodiscard]] Image image(const RenderSettings& settings) const;
+
+private:
+    void add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples);
+
+    int width_, height_;
+    std::size_t channels_;
+    std::vector<double> sum_;
+    std::vector<std::uint64_t> count_;
+};
+
+}  // namespace irradia

@@ -1,0 +1,58 @@
+// Plain gathering: a hemisphere at every sample of every pixel (cl/gather_pixels.cl). No cache, no interpolation error;
+// slow. What the cache's time and error are compared with.
+#include <algorithm>
+
+#include "render/hemispheres.h"
+#include "render/methods.h"
+
+namespace irradia {
+namespace {
+constexpr std::size_t pixels_a_launch = 1024;
+}
+
+void render_gather(Run& run, Film& film) {
+    HemisphereSampler hemispheres(run, false);
+    const std::size_t chunk = std::min(film.pixels(), pixels_a_launch);
+    Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
+    Buffer points = run.device.allocate(chunk * sizeof(shared::ShadingPoint));
+    Buffer albedos = run.device.allocate(chunk * 3 * sizeof(float));
+    Buffer stack = run.device.allocate(chunk * sizeof(std::uint32_t));
+    Buffer keys = run.device.allocate(chunk * sizeof(shared::RecordKey));
+    Buffer values = run.device.allocate(chunk * sizeof(shared::RecordValue));
+    std::vector<float> sums(chunk * film.channels());
+    std::vector<shared::ShadingPoint> host_points(chunk);
+    const double total = static_cast<double>(film.pixels()) * run.spp();
+    double done = 0;
+    for (std::uint32_t sample = 0; sample < run.spp(); ++sample) {
+        for (std::size_t first = 0; first < film.pixels(); first += chunk) {
+            const std::size_t count = std::min(chunk, film.pixels() - first);
+            run.scene_kernel("gather_pixels.cl", "gather_points", {})
+                .arg(buffer).arg(points).arg(albedos).arg(run.ray_counters())
+                .arg(static_cast<std::uint32_t>(first)).arg(static_cast<std::uint32_t>(count))
+                .arg(sample).arg(run.edges_beyond_camera()).arg(run.seed())
+                .run(group_count(count, pixel_group), pixel_group);
+            run.device.read(points, host_points.data(), count * sizeof(shared::ShadingPoint));
+            std::vector<std::uint32_t> indices;
+            for (std::uint32_t i = 0; i < count; ++i)
+                if (host_points[i].state == IR_POINT_MISS) indices.push_back(i);
+            if (!indices.empty()) {
+                run.device.write(stack, indices.data(), indices.size() * sizeof(std::uint32_t));
+                // Every (sample, pixel) draws its own numbers.
+                const auto index = static_cast<std::uint32_t>(sample * film.pixels() + first);
+                hemispheres.sample(points, stack, indices.size(), keys, values, 0, index);
+                run.device.kernel("gather_pixels.cl", "gather_irradiance", run.scene_defines())
+                    .arg(buffer).arg(albedos).arg(stack).arg(values)
+                    .arg(static_cast<std::uint32_t>(film.channels())).arg(static_cast<std::uint32_t>(indices.size()))
+                    .run(group_count(indices.size(), pixel_group), pixel_group);
+            }
+            run.device.read(buffer, sums.data(), count * film.channels() * sizeof(float));
+            film.add(sums, first, count, 1);
+            run.collect_rays();
+            done += static_cast<double>(count);
+            run.report("gather", done / total);
+        }
+    }
+    run.phase("gather");
+}
+
+}  // namespace irradia

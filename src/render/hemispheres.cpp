@@ -1,0 +1,71 @@
+#include "render/hemispheres.h"
+
+#include <cmath>
+#include <vector>
+
+#include "irradia/Error.h"
+
+#include "cl/portable.h"
+namespace irradia::host {
+#include "cl/sampling.h"
+}
+
+namespace irradia {
+namespace {
+// The Hessian rule's support is accuracy (unit_tau area E / |lambda|)^(1/4): with this factor the same `accuracy` gives
+// about as many records as the distance rules do, and their number grows as 1/accuracy² in both.
+constexpr float unit_tau = 1000.0f;
+constexpr float largest_aspect = 3.0f;                      // theory 6: 2-3 is a fair compromise
+constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23; // cl/sample_hemispheres.cl, cl/make_record.h
+}  // namespace
+
+float neighbour_clamp_slope(const RenderSettings& settings) {
+    if (!settings.neighbour_clamp) return 0;
+    return settings.radius == RadiusRule::hessian ? 1.0f : settings.accuracy;
+}
+
+HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) {
+    const RenderSettings& settings = run.settings;
+    const auto m = static_cast<std::size_t>(settings.hemisphere_m), n = static_cast<std::size_t>(settings.hemisphere_n);
+    if (settings.hemisphere_m < 1 || settings.hemisphere_n < 3)
+        throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + ": expected at least 1 ring and 3 sectors");
+    const std::size_t group = run.device.group_size();
+    const std::size_t bytes = sizeof(float) * std::max(floats_a_cell * m * n, floats_a_sum * group);
+    if (bytes > run.device.description().local_memory)
+        throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + " needs " + std::to_string(bytes) +
+                    " bytes of local memory, the device has " + std::to_string(run.device.description().local_memory));
+    const int gradient = with_gradients ? static_cast<int>(settings.gradients) : 0;
+    const int radius = with_gradients ? static_cast<int>(settings.radius) : 0;
+    defines_ = {{"IR_M", std::to_string(m)},
+                {"IR_N", std::to_string(n)},
+                {"IR_GROUP", std::to_string(group)},
+                {"IR_GRADIENT", std::to_string(gradient)},
+                {"IR_RADIUS", std::to_string(radius)},
+                {"IR_GRADIENT_LIMIT", settings.gradient_limit && gradient != 0 ? "1" : "0"}};
+    const float a = settings.accuracy, diagonal = run.scene.info.diagonal;
+    parameters_.accuracy = a;
+    parameters_.tau = unit_tau * 0.78539816f * a * a * a * a;
+    parameters_.min_spacing = settings.min_spacing;
+    parameters_.max_spacing = settings.max_spacing;
+    parameters_.aspect = largest_aspect;
+    parameters_.r_min = 1e-6f * diagonal;
+    parameters_.r_max = 10.0f * diagonal;
+    parameters_.clamp_slope = neighbour_clamp_slope(settings);
+    parameters_.diagonal = diagonal;
+    std::vector<float> weights;
+    for (std::uint32_t j = 0; j < m; ++j)
+        weights.push_back(static_cast<float>(host::ring_rotation_weight(j, static_cast<std::uint32_t>(m))));
+    ring_weights_ = run.device.upload(weights);
+}
+
+void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const Buffer& keys,
+                               const Buffer& values, std::uint32_t first_record, std::uint32_t first_index) {
+    run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines_)
+        .arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters())
+        .arg(parameters_).arg(first_record).arg(first_index)
+        .arg(run_.edges_beyond_hemisphere()).arg(run_.seed())
+        .run(count, run_.device.group_size());
+    run_.collect_rays();
+}
+
+}  // namespace irradia

@@ -1,0 +1,31 @@
+// Launching sample_hemispheres: points on a stack in, records out.
+#pragma once
+#include <map>
+#include <string>
+
+#include "irradia/shared/record_types.h"
+#include "render/run.h"
+
+namespace irradia {
+
+class HemisphereSampler {
+public:
+    /// `with_gradients` false: irradiance alone (plain gathering).
+    HemisphereSampler(Run& run, bool with_gradients);
+
+    /// Samples points[stack[i]], i < count, into keys/values[first_record + i]; hemisphere i draws the random numbers of
+    /// index first_index + i. Large stacks are cut into launches; calls `between` after each.
+    void sample(const Buffer& points, const Buffer& stack, std::size_t count, const Buffer& keys, const Buffer& values,
+                std::uint32_t first_record, std::uint32_t first_index);
+
+private:
+    Run& run_;
+    std::map<std::string, std::string> defines_;
+    shared::RecordParameters parameters_{};
+    Buffer ring_weights_;
+};
+
+/// Slope of the neighbour clamp in units of the stored support; 0 = off.
+float neighbour_clamp_slope(const RenderSettings& settings);
+
+}  // namespace irradia

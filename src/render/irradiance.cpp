@@ -1,0 +1,190 @@
+// Irradiance caching. The image is cut into 16x16 blocks; iteration `it` handles one pixel of every block at once:
+//   1. find_misses         a camera ray; at its diffuse hit look into the octree; without enough records the point goes
+//                          on the record stack;
+//   2. sample_hemispheres  one record for every point on the stack;
+//   3. insert_records      neighbour clamp, then into the octree, which the next iteration looks into.
+// After the 256 iterations a fill makes records where clamping un-covered pixels and where samples off the pixel
+// centres see surfaces of their own; then every pixel is shaded with all its samples. The host owns the stack, the
+// octree's memory and the schedule; everything else happens in kernels.
+#include <algorithm>
+#include <unordered_set>
+
+#include "cache/RecordCache.h"
+#include "render/hemispheres.h"
+#include "render/iteration_order.h"
+#include "render/methods.h"
+
+namespace irradia {
+namespace {
+
+constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
+constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
+constexpr double records_share = 0.5, fill_share = 0.1;  // of the progress bar
+
+CacheSettings cache_settings(const Run& run) {
+    const RenderSettings& s = run.settings;
+    const shared::SceneInfo& info = run.scene.info;
+    CacheSettings c;
+    c.lower = {info.min_x, info.min_y, info.min_z};
+    c.upper = {info.max_x, info.max_y, info.max_z};
+    // (1.8): e_n counts in units of a. (1.11): in units of 1/kappa = 2a, times sqrt(1 - cos 10°) = .123257.
+    c.inverse_angle = s.weight == WeightRule::tabellion ? 1.0f / (2.0f * s.accuracy * 0.123257f) : 1.0f / s.accuracy;
+    c.in_front_slope = s.in_front ? 0.05f : 0.0f;
+    c.tabellion = s.weight == WeightRule::tabellion;
+    c.clamp_slope = neighbour_clamp_slope(s);
+    c.min_spacing = s.min_spacing;
+    return c;
+}
+
+class IrradianceCaching {
+public:
+    IrradianceCaching(Run& run, Film& film)
+        : run_(run), film_(film), cache_(run.device, cache_settings(run)), hemispheres_(run, true),
+          seed_(run.seed()), chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
+        defines_ = cache_.defines();
+        defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
+    }
+
+    std::vector<std::uint32_t> render() {
+        if (run_.edges_beyond_camera() >= 2) {
+            place_records();
+            run_.phase("records");
+            fill();
+            run_.phase("fill");
+        }
+        shade();
+        run_.phase("shade");
+        RenderStatistics& s = run_.statistics;
+        s.records = cache_.size();
+        s.octree_nodes = cache_.octree().nodes;
+        s.octree_entries = cache_.octree().entries;
+        s.octree_depth = cache_.octree().depth;
+        s.octree_growths = cache_.octree().growths;
+        std::vector<std::uint32_t> pixels;
+        for (const shared::RecordValue& v : cache_.download_values()) pixels.push_back(v.pixel);
+        return pixels;
+    }
+
+private:
+    // Stages 2 and 3 for points[indices].
+    void make_records(const Buffer& points, const RecordStack& stack) {
+        if (stack.empty()) return;
+        const Buffer indices = run_.device.upload(stack.indices);
+        const std::uint32_t first = cache_.reserve(stack.size());
+        hemispheres_.sample(points, indices, stack.size(), cache_.keys(), cache_.values(), first, first);
+        cache_.insert(stack.size(), points, indices);
+    }
+
+    void place_records() {
+        const std::uint32_t blocks_x = (run_.scene.info.width + block_edge - 1) / block_edge;
+        const std::uint32_t blocks_y = (run_.scene.info.height + block_edge - 1) / block_edge;
+        const std::size_t blocks = static_cast<std::size_t>(blocks_x) * blocks_y;
+        Buffer points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
+        std::vector<shared::ShadingPoint> host(blocks);
+        for (std::uint32_t it = 0; it < iteration_count; ++it) {
+            const BlockPixel pixel = block_pixel(it);
+            Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", cache_.defines());
+            cache_.bind(kernel, true)
+                .arg(points).arg(pixel.x).arg(pixel.y).arg(blocks_x).arg(static_cast<std::uint32_t>(blocks))
+                .run(group_count(blocks, pixel_group), pixel_group);
+            run_.device.read(points, host.data(), blocks * sizeof host[0]);
+            run_.statistics.rays["camera"] += blocks;
+            RecordStack stack;
+            for (std::uint32_t b = 0; b < blocks; ++b)
+                if (host[b].state == IR_POINT_MISS) stack.indices.push_back(b);
+            make_records(points, stack);
+            ++run_.statistics.iterations;
+            run_.report("records", records_share * (it + 1) / iteration_count, cache_.size());
+        }
+    }
+
+    // Runs shade_pixels over `pixels` with all their samples. coverage: only asks which pixels find a patch without
+    // records, and returns those with their points. Otherwise their sums go to the film.
+    struct Missed {
+        std::vector<std::uint32_t> pixels;
+        std::vector<shared::ShadingPoint> points;
+    };
+    Missed run_pixels(const std::vector<std::uint32_t>& pixels, bool coverage, double from, double to) {
+        Missed missed;
+        Buffer film = run_.device.allocate(chunk_ * film_.channels() * sizeof(float));
+        Buffer points = run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint));
+        std::vector<float> sums(chunk_ * film_.channels());
+        std::vector<shared::ShadingPoint> host(chunk_);
+        for (std::size_t first = 0; first < pixels.size(); first += chunk_) {
+            const std::vector<std::uint32_t> part(pixels.begin() + static_cast<std::ptrdiff_t>(first),
+                                                  pixels.begin() + static_cast<std::ptrdiff_t>(std::min(pixels.size(), first + chunk_)));
+            const Buffer list = run_.device.upload(part);
+            std::vector<bool> seen(part.size(), false);
+            for (std::uint32_t sample = 0; sample < run_.spp(); sample += samples_a_launch) {
+                const std::uint32_t samples = std::min(samples_a_launch, run_.spp() - sample);
+                Kernel kernel = run_.scene_kernel("shade_pixels.cl", coverage ? "find_uncovered" : "shade_pixels", defines_);
+                cache_.bind(kernel, false)
+                    .arg(list).arg(film).arg(points).arg(run_.ray_counters())
+                    .arg(static_cast<std::uint32_t>(part.size())).arg(sample).arg(samples)
+                    .arg(run_.edges_beyond_camera()).arg(seed_)
+                    .run(group_count(part.size(), pixel_group), pixel_group);
+                if (coverage) {
+                    run_.device.read(points, host.data(), part.size() * sizeof host[0]);
+                    for (std::size_t i = 0; i < part.size(); ++i)
+                        if (host[i].state == IR_POINT_MISS && !seen[i]) {
+                            seen[i] = true;
+                            missed.pixels.push_back(part[i]);
+                            missed.points.push_back(host[i]);
+                        }
+                } else {
+                    run_.device.read(film, sums.data(), part.size() * film_.channels() * sizeof(float));
+                    film_.add(sums, part, samples);
+                }
+                run_.collect_rays();
+                const double done = static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
+                run_.report(coverage ? "fill" : "shade", from + (to - from) * done / static_cast<double>(pixels.size()), cache_.size());
+            }
+        }
+        return missed;
+    }
+
+    std::vector<std::uint32_t> all_pixels() const {
+        std::vector<std::uint32_t> pixels(film_.pixels());
+        for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint32_t>(i);
+        return pixels;
+    }
+
+    // Makes records until no sample of any pixel is without. Of the uncovered pixels of a 4x4 tile one gets a record a
+    // round, since that often covers the others; every round makes progress, so it ends.
+    void fill() {
+        std::vector<std::uint32_t> pixels = all_pixels();
+        while (!pixels.empty()) {
+            const Missed missed = run_pixels(pixels, true, records_share, records_share + fill_share);
+            if (missed.pixels.empty()) break;
+            RecordStack stack;
+            std::unordered_set<std::uint64_t> tiles;
+            for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {
+                const std::uint32_t x = missed.pixels[i] % run_.scene.info.width, y = missed.pixels[i] / run_.scene.info.width;
+                if (tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second) stack.indices.push_back(i);
+            }
+            const Buffer points = run_.device.upload(missed.points);
+            make_records(points, stack);
+            ++run_.statistics.iterations;
+            pixels = missed.pixels;
+        }
+    }
+
+    void shade() {
+        const double from = run_.edges_beyond_camera() >= 2 ? records_share + fill_share : 0.0;
+        run_pixels(all_pixels(), false, from, 1.0);
+    }
+
+    Run& run_;
+    Film& film_;
+    RecordCache cache_;
+    HemisphereSampler hemispheres_;
+    std::uint32_t seed_;
+    std::size_t chunk_;
+    std::map<std::string, std::string> defines_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> render_irradiance(Run& run, Film& film) { return IrradianceCaching(run, film).render(); }
+
+}  // namespace irradia

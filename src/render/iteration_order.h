@@ -1,0 +1,27 @@
+// The order in which the pixels of a 16x16 block are visited: coarse to fine, so that the first records are far apart
+// and later ones fill in between. Closed form of the thesis's table 3.1 (which lists 64 of the 256 entries).
+#pragma once
+#include <cstdint>
+
+namespace irradia {
+
+constexpr std::uint32_t block_edge = 16;         ///< pixels
+constexpr std::uint32_t iteration_count = 256;   ///< one pixel of every block each
+
+struct BlockPixel {
+    std::uint32_t x, y;
+};
+
+/// Pixel of a block in iteration `it` (0..255): two bits of `it` a level choose one of four offsets, halving each time.
+constexpr BlockPixel block_pixel(std::uint32_t it) {
+    constexpr int offset_x[4] = {0, 1, 0, 1}, offset_y[4] = {0, 1, 1, 0}, step[4] = {-8, 4, -2, 1};
+    int x = 8, y = 8;
+    for (unsigned level = 0; level < 4; ++level) {
+        const std::uint32_t digit = (it >> (2 * level)) & 3u;
+        x += step[level] * offset_x[digit];
+        y += step[level] * offset_y[digit];
+    }
+    return {static_cast<std::uint32_t>(x + 16) % 16u, static_cast<std::uint32_t>(y + 16) % 16u};
+}
+
+}  // namespace irradia

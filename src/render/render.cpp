@@ -1,0 +1,61 @@
+// render(): checks the settings, runs a method, makes the picture.
+#include <algorithm>
+#include <cmath>
+
+#include "irradia/Error.h"
+#include "render/methods.h"
+
+namespace irradia {
+namespace {
+
+void check(const Scene& scene, const RenderSettings& s) {
+    const auto fail = [](const std::string& what) { throw Error(what); };
+    if (!(s.accuracy > 0) || !std::isfinite(s.accuracy))
+        fail("accuracy " + std::to_string(s.accuracy) + ": expected a positive number");
+    if (!(s.min_spacing > 0) || !(s.max_spacing >= s.min_spacing))
+        fail("spacing " + std::to_string(s.min_spacing) + " to " + std::to_string(s.max_spacing) +
+             " pixels: expected 0 < min <= max");
+    if (s.spp < 0) fail("spp " + std::to_string(s.spp) + ": expected 0 (the scene's) or a positive number");
+    for (const std::string& a : s.aovs)
+        if (std::find(aov_names().begin(), aov_names().end(), a) == aov_names().end()) {
+            std::string known;
+            for (const std::string& name : aov_names()) known += (known.empty() ? "" : ", ") + name;
+            fail("AOV '" + a + "': expected one of " + known);
+        }
+    if (scene.info.width == 0 || scene.info.height == 0) fail("film size is zero");
+}
+
+Layer records_layer(const Film& film, const std::vector<std::uint32_t>& pixels) {
+    Layer layer{"records", 1, std::vector<float>(film.pixels(), 0.0f)};
+    for (const std::uint32_t p : pixels) layer.data[p] += 1.0f;
+    return layer;
+}
+
+}  // namespace
+
+const std::vector<std::string>& aov_names() {
+    static const std::vector<std::string> names{"direct", "indirect", "albedo", "normal", "depth", "records"};
+    return names;
+}
+
+RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings, const ProgressCallback& progress) {
+    check(scene, settings);
+    Run run(scene, device, settings, progress);
+    Film film(static_cast<int>(scene.info.width), static_cast<int>(scene.info.height), run.aovs());
+    std::vector<std::uint32_t> record_pixels;
+    switch (settings.method) {
+        case Method::path: render_path(run, film); break;
+        case Method::gather: render_gather(run, film); break;
+        case Method::irradiance: record_pixels = render_irradiance(run, film); break;
+    }
+    RenderResult result;
+    result.image = film.image(settings);
+    if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
+        result.image.layers.push_back(records_layer(film, record_pixels));
+    run.statistics.stages = device.stage_times();
+    run.statistics.seconds = run.elapsed();
+    result.statistics = std::move(run.statistics);
+    return result;
+}
+
+}  // namespace irradia

@@ -1,0 +1,88 @@
+#include "render/run.h"
+
+#include <algorithm>
+#include <array>
+
+namespace irradia {
+
+Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
+    : scene(scene_in), device(device_in), settings(settings_in), progress_(progress), start_(Clock::now()),
+      phase_start_(start_) {
+    statistics.spp = settings.spp > 0 ? settings.spp : static_cast<int>(std::max(scene.sample_count, 1u));
+    seed_ = static_cast<std::uint32_t>(settings.seed) ^ static_cast<std::uint32_t>((settings.seed >> 32) * 0x9e3779b9u);
+    if (device.cpu_traversal()) {
+        nodes_ = device.upload(scene.accel.bvh8_nodes);
+        leaves_ = device.upload(scene.accel.bvh8_triangles);
+    } else {
+        nodes_ = device.upload(scene.accel.bvh2_nodes);
+        leaves_ = device.upload(scene.accel.bvh2_triangles);
+    }
+    analytics_ = device.upload(scene.analytics);
+    triangles_ = device.upload(scene.triangles);
+    vertices_ = device.upload(scene.vertices);
+    materials_ = device.upload(scene.materials);
+    textures_ = device.upload(scene.textures);
+    texels_ = device.upload(scene.texels);
+    lights_ = device.upload(scene.lights);
+    info_ = device.upload(&scene.info, sizeof scene.info);
+    const std::array<std::uint32_t, 4> zero{};
+    ray_counters_ = device.upload(zero.data(), sizeof zero);
+    statistics.rays = {{"camera", 0}, {"hemisphere", 0}, {"bounce", 0}, {"shadow", 0}};
+    phase("upload");
+}
+
+std::map<std::string, std::string> Run::scene_defines() const {
+    std::map<std::string, std::string> defines{{"IR_FEATURES", std::to_string(scene.features) + "u"}};
+    if (aovs()) defines["IR_AOVS"] = "1";
+    return defines;
+}
+
+Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines) {
+    defines.merge(scene_defines());
+    Kernel kernel = device.kernel(file, name, defines);
+    kernel.arg(nodes_).arg(leaves_).arg(analytics_).arg(triangles_).arg(vertices_).arg(materials_).arg(textures_)
+        .arg(texels_).arg(lights_).arg(info_);
+    return kernel;
+}
+
+void Run::collect_rays() {
+    std::array<std::uint32_t, 4> counts{};
+    device.read(ray_counters_, counts.data(), sizeof counts);
+    const char* const kinds[4] = {"camera", "hemisphere", "bounce", "shadow"};
+    for (std::size_t i = 0; i < 4; ++i) statistics.rays[kinds[i]] += counts[i];
+    device.fill(ray_counters_, 0, sizeof counts);
+}
+
+bool Run::aovs() const noexcept {
+    return std::any_of(settings.aovs.begin(), settings.aovs.end(),
+                       [](const std::string& a) { return a == "albedo" || a == "normal" || a == "depth"; });
+}
+
+std::uint32_t Run::edges_beyond_camera() const noexcept {
+    return settings.max_depth < 0 ? 0xffffffffu : static_cast<std::uint32_t>(std::max(settings.max_depth - 1, 0));
+}
+
+std::uint32_t Run::edges_beyond_hemisphere() const noexcept {
+    return settings.max_depth < 0 ? 0xffffffffu : static_cast<std::uint32_t>(std::max(settings.max_depth - 2, 0));
+}
+
+void Run::report(const std::string& stage, double fraction, std::uint64_t records) {
+    if (!progress_) return;
+    Progress p;
+    p.stage = stage;
+    p.fraction = std::clamp(fraction, 0.0, 1.0);
+    p.records = records;
+    for (const auto& [kind, count] : statistics.rays) p.rays += count;
+    p.elapsed = elapsed();
+    progress_(p);
+}
+
+void Run::phase(const std::string& name) {
+    const Clock::time_point now = Clock::now();
+    statistics.phases[name] += std::chrono::duration<double>(now - phase_start_).count();
+    phase_start_ = now;
+}
+
+double Run::elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+}  // namespace irradia

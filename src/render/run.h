@@ -1,0 +1,57 @@
+// What every method shares while it runs: the scene on the device, ray counters, progress, statistics.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "irradia/Renderer.h"
+#include "render/film.h"
+
+namespace irradia {
+
+class Run {
+public:
+    Run(const Scene& scene, Device& device, const RenderSettings& settings, const ProgressCallback& progress);
+
+    const Scene& scene;
+    Device& device;
+    const RenderSettings& settings;
+    RenderStatistics statistics;
+
+    /// A kernel specialised by what the scene needs, with IR_SCENE_ARGS set.
+    Kernel scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines);
+    /// Definitions every kernel that traces rays gets.
+    [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
+    /// Device counters that kernels add to: rays by kind (cl/film.h).
+    [[nodiscard]] const Buffer& ray_counters() const noexcept { return ray_counters_; }
+    /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or few).
+    void collect_rays();
+
+    [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }
+    /// Path edges beyond the viewing ray, and beyond a hemisphere's ray: see cl/path.h.
+    [[nodiscard]] std::uint32_t edges_beyond_camera() const noexcept;
+    [[nodiscard]] std::uint32_t edges_beyond_hemisphere() const noexcept;
+    [[nodiscard]] std::uint32_t spp() const noexcept { return static_cast<std::uint32_t>(statistics.spp); }
+    [[nodiscard]] bool aovs() const noexcept;  ///< kernels must gather albedo, normal, depth
+
+    void report(const std::string& stage, double fraction, std::uint64_t records = 0);
+    /// Wall seconds since the previous call go to phases[name].
+    void phase(const std::string& name);
+    [[nodiscard]] double elapsed() const;
+
+private:
+    using Clock = std::chrono::steady_clock;
+    const ProgressCallback& progress_;
+    Clock::time_point start_, phase_start_;
+    std::uint32_t seed_ = 0;
+    Buffer ray_counters_;
+    Buffer nodes_, leaves_, analytics_, triangles_, vertices_, materials_, textures_, texels_, lights_, info_;
+};
+
+/// Work-items of the one-item-a-pixel kernels.
+constexpr std::size_t pixel_group = 16;
+/// Groups of `size` that cover `count` items.
+constexpr std::size_t group_count(std::size_t count, std::size_t size) { return (count + size - 1) / size; }
+
+}  // namespace irradia
