@@ -1,15 +1,11 @@
 #include "app/output.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
+#include "core/aside_file.h"
 #include "irradia/Error.h"
 #ifdef IRRADIA_MINIMAL
 #include "core/pfm.h"
@@ -26,12 +22,6 @@ const std::vector<std::string>& kinds() {
     static const std::vector<std::string> kinds = {".exr", ".png", ".pfm"};
 #endif
     return kinds;
-}
-
-std::string beside(const std::string& path) {
-    const fs::path target(path);
-    return (target.parent_path() / ("." + target.filename().string() + "." + std::to_string(::getpid()) + ".part"))
-        .string();
 }
 
 }  // namespace
@@ -56,13 +46,7 @@ void check_writable(const std::string& path) {
     std::error_code ignored;
     if (!fs::is_directory(folder, ignored))
         throw Error(path + ": cannot be written: there is no folder " + folder.string());
-    if (fs::is_directory(path, ignored)) throw Error(path + ": cannot be written: it is a folder");
-    const std::string trial = beside(path);
-    errno = 0;
-    const bool made = static_cast<bool>(std::ofstream(trial));
-    const std::string why = std::strerror(errno);
-    fs::remove(trial, ignored);
-    if (!made) throw Error(path + ": cannot be written: " + why);
+    AsideFile trial(path);  // never committed: it vanishes
 }
 
 void save_picture(const std::string& path, const Image& image, double exposure) {
@@ -75,18 +59,9 @@ void save_picture(const std::string& path, const Image& image, double exposure) 
 }
 
 void save_text(const std::string& path, const std::string& text) {
-    const std::string aside = beside(path);
-    std::ofstream out(aside);
-    out << text;
-    out.close();
-    std::error_code failed;
-    if (out) fs::rename(aside, path, failed);
-    if (!out || failed) {
-        const std::string why = failed ? failed.message() : std::strerror(errno);
-        std::error_code ignored;
-        fs::remove(aside, ignored);
-        throw Error(path + ": cannot be written: " + why);
-    }
+    AsideFile out(path);
+    out.write(text.data(), text.size());
+    out.commit();
 }
 
 }  // namespace irradia::app

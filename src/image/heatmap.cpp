@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "image/image_check.h"
 #include "image/metrics_detail.h"
 #include "irradia/Error.h"
 
@@ -36,8 +35,8 @@ ErrorPicture error_picture(const Image& picture, const Image& reference, const M
     std::vector<float>& out = result.image.layers[0].data;
     if (colours.has_error() || !colours.get_pixels(OIIO::ROI::All(), OIIO::TypeDesc::FLOAT, out.data()))
         throw Error(fmt::format("the error picture cannot be made: {}", colours.geterror()));
-    for (std::size_t i = 0; i < out.size(); ++i)  // the map's colours are sRGB-coded
-        out[i] = c.counted[i / 3] ? srgb_decode(out[i]) : 0.2f;
+    for (std::size_t i = 0; i < out.size(); ++i)  // OpenImageIO's colours of the map are linear
+        if (!c.counted[i / 3]) out[i] = 0.2f;
     result.image.metadata["irradia.quantity"] = "rms over channels of (x - ref) / mean(ref)";
     result.image.metadata["irradia.colour map"] = fmt::format("inferno, 0 to {:.4g}, grey: not counted", scale);
     return result;

@@ -1,18 +1,15 @@
 #include "image/image_check.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <system_error>
 
 #include "irradia/Error.h"
 
 namespace irradia {
-namespace fs = std::filesystem;
 
 std::string channel_name(const Layer& layer, int c) {
     const bool axes = layer.name == "normal" || layer.name == "position";
@@ -49,26 +46,10 @@ void check_image(const std::string& path, const Image& image) {
 }
 
 std::string extension_of(const std::string& path) {
-    std::string extension = fs::path(path).extension().string();
+    std::string extension = std::filesystem::path(path).extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     return extension;
-}
-
-void write_aside(const std::string& path, const std::function<void(const std::string&)>& write) {
-    const fs::path target(path);
-    const fs::path temporary =
-        target.parent_path() / fmt::format(".{}.{}.part", target.filename().string(), ::getpid());
-    std::error_code ignored;
-    try {
-        write(temporary.string());
-        std::error_code failed;
-        fs::rename(temporary, target, failed);
-        if (failed) throw Error(fmt::format("{}: cannot be written: {}", path, failed.message()));
-    } catch (...) {
-        fs::remove(temporary, ignored);
-        throw;
-    }
 }
 
 float srgb_encode(float linear) {

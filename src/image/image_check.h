@@ -1,6 +1,5 @@
-// What writer, reader and metrics share: the shape of an Image, its channels' names, files written aside.
+// What writer, reader and metrics share: the shape of an Image, its channels' names, the sRGB curve.
 #pragma once
-#include <functional>
 #include <string>
 
 #include "irradia/Image.h"
@@ -15,10 +14,6 @@ void check_image(const std::string& path, const Image& image);
 
 /// The extension of `path`, lower case, with its dot; "" if it has none.
 std::string extension_of(const std::string& path);
-
-/// Has `write` make a file under a temporary name in the folder of `path`, then renames it to `path`. Whatever goes
-/// wrong, no part of a file stays behind and an older file at `path` stays as it was. Throws Error.
-void write_aside(const std::string& path, const std::function<void(const std::string& temporary)>& write);
 
 /// The sRGB transfer function (IEC 61966-2-1): linear [0, 1] to encoded [0, 1]; clamps.
 float srgb_encode(float linear);

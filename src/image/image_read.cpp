@@ -3,46 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <vector>
 
+#include "core/pfm.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
 
 namespace irradia {
 namespace {
-
-Image read_pfm(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) throw Error(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
-    std::string kind;
-    int width = 0, height = 0;
-    double scale = 0;
-    in >> kind >> width >> height >> scale;
-    in.get();  // the one white-space character that ends the header
-    if (!in || (kind != "PF" && kind != "Pf") || width <= 0 || height <= 0 || width > (1 << 20) || height > (1 << 20) ||
-        scale == 0)
-        throw Error(fmt::format("{}: not a PFM file: expected 'PF' or 'Pf', width, height, scale", path));
-    const bool swap = (scale < 0) != (std::endian::native == std::endian::little);
-    const std::size_t n = kind == "PF" ? 3 : 1, w = static_cast<std::size_t>(width);
-    Image image{width, height, {{"", 3, std::vector<float>(w * static_cast<std::size_t>(height) * 3)}}, {}};
-    std::vector<float> row(w * n);
-    for (std::size_t y = static_cast<std::size_t>(height); y-- > 0;) {
-        in.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof(float)));
-        if (!in) throw Error(fmt::format("{}: truncated: expected {} x {} pixels", path, width, height));
-        for (std::size_t i = 0; i < w * 3; ++i) {
-            std::uint32_t bits = std::bit_cast<std::uint32_t>(row[n == 3 ? i : i / 3]);
-            if (swap) bits = __builtin_bswap32(bits);
-            image.layers[0].data[y * w * 3 + i] = std::bit_cast<float>(bits);
-        }
-    }
-    return image;
-}
 
 // Place of a channel in its layer: R G B A, X Y Z.
 int rank_of(const std::string& channel) {

@@ -1,16 +1,17 @@
-// EXR and PNG through OpenImageIO, PFM by hand (OpenImageIO 2.4 does not write it).
+// EXR and PNG through OpenImageIO, made in memory and then written as one file that exists whole or not at all.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
-#include <bit>
-#include <cerrno>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <vector>
 
+#include "core/aside_file.h"
+#include "core/pfm.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
 
@@ -23,24 +24,26 @@ void add_metadata(OIIO::ImageSpec& spec, const Image& image) {
 }
 
 // `data` holds what `spec` says, of type `type`, rows from the top.
-void write_with_oiio(const std::string& path, const std::string& temporary, const char* format,
-                     const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* data) {
+void write_with_oiio(const std::string& path, const char* format, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
+                     const void* data) {
     const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(format);
     if (!out) throw Error(fmt::format("{}: OpenImageIO cannot write {}: {}", path, format, OIIO::geterror()));
-    const bool written = out->open(temporary, spec) && out->write_image(type, data);
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
+    out->set_ioproxy(&memory);
+    const bool written = out->open(path, spec) && out->write_image(type, data);
     const bool closed = out->close();
     if (!written || !closed) {
         std::string why = out->geterror();
-        if (why.empty() && errno != 0) why = std::strerror(errno);
-        for (char& c : why)
-            if (c == '\n') c = ' ';
-        const std::size_t at = why.find(temporary);  // the user asked for `path`
-        if (at != std::string::npos) why.replace(at, temporary.size(), path);
+        std::replace(why.begin(), why.end(), '\n', ' ');
         throw Error(fmt::format("{}: cannot be written: {}", path, why));
     }
+    AsideFile file(path);
+    file.write(bytes.data(), bytes.size());
+    file.commit();
 }
 
-void write_exr(const std::string& path, const std::string& temporary, const Image& image) {
+void write_exr(const std::string& path, const Image& image) {
     int channels = 0;
     for (const Layer& layer : image.layers) channels += layer.channels;
     OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
@@ -61,10 +64,10 @@ void write_exr(const std::string& path, const std::string& temporary, const Imag
             std::memcpy(&interleaved[p * stride + first], &layer.data[p * n], n * sizeof(float));
         first += n;
     }
-    write_with_oiio(path, temporary, "openexr", spec, OIIO::TypeDesc::FLOAT, interleaved.data());
+    write_with_oiio(path, "openexr", spec, OIIO::TypeDesc::FLOAT, interleaved.data());
 }
 
-void write_png(const std::string& path, const std::string& temporary, const Image& image, double exposure) {
+void write_png(const std::string& path, const Image& image, double exposure) {
     const Layer& beauty = image.layers.front();
     const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
     const std::size_t n = static_cast<std::size_t>(beauty.channels);
@@ -78,26 +81,7 @@ void write_png(const std::string& path, const std::string& temporary, const Imag
     OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", "sRGB");
     add_metadata(spec, image);
-    write_with_oiio(path, temporary, "png", spec, OIIO::TypeDesc::UINT8, bytes.data());
-}
-
-void write_pfm(const std::string& path, const std::string& temporary, const Image& image) {
-    const Layer& beauty = image.layers.front();
-    const std::size_t width = static_cast<std::size_t>(image.width), height = static_cast<std::size_t>(image.height);
-    const std::size_t n = static_cast<std::size_t>(beauty.channels);
-    std::ofstream out(temporary, std::ios::binary);
-    // The scale's sign states the byte order: negative is little endian.
-    out << "PF\n"
-        << width << ' ' << height << '\n'
-        << (std::endian::native == std::endian::little ? "-1.0\n" : "1.0\n");
-    std::vector<float> row(width * 3);
-    for (std::size_t y = height; y-- > 0;) {  // PFM's rows go from the bottom up
-        for (std::size_t x = 0; x < width; ++x)
-            for (std::size_t c = 0; c < 3; ++c) row[x * 3 + c] = beauty.data[(y * width + x) * n + (n < 3 ? 0 : c)];
-        out.write(reinterpret_cast<const char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof(float)));
-    }
-    out.close();
-    if (!out) throw Error(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
+    write_with_oiio(path, "png", spec, OIIO::TypeDesc::UINT8, bytes.data());
 }
 
 }  // namespace
@@ -107,15 +91,12 @@ void write_image(const std::string& path, const Image& image, double exposure) {
     if (extension != ".exr" && extension != ".png" && extension != ".pfm")
         throw Error(fmt::format("{}: unknown kind of picture '{}', expected .exr, .png or .pfm", path, extension));
     check_image(path, image);
-    write_aside(path, [&](const std::string& temporary) {
-        errno = 0;
-        if (extension == ".exr")
-            write_exr(path, temporary, image);
-        else if (extension == ".png")
-            write_png(path, temporary, image, exposure);
-        else
-            write_pfm(path, temporary, image);
-    });
+    if (extension == ".exr")
+        write_exr(path, image);
+    else if (extension == ".png")
+        write_png(path, image, exposure);
+    else
+        write_pfm(path, image);
 }
 
 }  // namespace irradia
