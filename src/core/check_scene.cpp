@@ -1,0 +1,142 @@
+// What kernels take for granted of a scene's arrays (the acceleration structures: check_accel.cpp).
+#include <bit>
+#include <cmath>
+
+#include "core/check.h"
+#include "irradia/PackedScene.h"
+
+namespace irradia {
+namespace {
+
+using check::Place;
+
+bool in_unit(float x) { return x >= 0.0f && x <= 1.0f; }
+
+void check_geometry(const std::string& where, const Scene& scene) {
+    for (std::size_t i = 0; i < scene.vertices.size(); ++i) {
+        const shared::Vertex& v = scene.vertices[i];
+        Place{where, "vertex", i}.finite(v.px, v.py, v.pz, v.nx, v.ny, v.nz, v.u, v.v);
+    }
+    for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
+        const shared::Triangle& t = scene.triangles[i];
+        const Place p{where, "triangle", i};
+        p.finite(t.nx, t.ny, t.nz);
+        p.require((t.flags & ~(IR_TRIANGLE_FLAT | IR_TRIANGLE_HAS_UV)) == 0, "unknown flags");
+        for (const std::uint32_t v : {t.v0, t.v1, t.v2}) p.below(v, scene.vertices.size(), "vertex");
+        p.below(t.material, scene.materials.size(), "material");
+        p.optional_below(t.light, scene.lights.size(), "light");
+    }
+    for (std::size_t i = 0; i < scene.analytics.size(); ++i) {
+        const shared::Analytic& a = scene.analytics[i];
+        const Place p{where, "analytic primitive", i};
+        p.require(a.kind == IR_ANALYTIC_SPHERE || a.kind == IR_ANALYTIC_DISK, "unknown kind");
+        p.finite(a.px, a.py, a.pz, a.radius, a.nx, a.ny, a.nz, a.ux, a.uy, a.uz, a.vx, a.vy, a.vz, a.sign);
+        p.require(a.kind != IR_ANALYTIC_SPHERE || a.radius > 0.0f, "radius is not positive");
+        p.below(a.material, scene.materials.size(), "material");
+        p.optional_below(a.light, scene.lights.size(), "light");
+    }
+}
+
+void check_texture(const Place& p, const shared::Texture& t, const std::vector<std::uint32_t>& texels) {
+    p.require(t.format <= IR_TEXTURE_RGB32F, "unknown format");
+    p.require(t.wrap <= IR_WRAP_CLAMP, "unknown wrap mode");
+    p.require(t.filter <= IR_FILTER_NEAREST, "unknown filter");
+    p.finite(t.m00, t.m01, t.m02, t.m10, t.m11, t.m12);
+    // Kernels hold sizes in int (twice the size for mirroring) and texel indices in uint.
+    p.require(t.width > 0 && t.height > 0 && t.width <= 1u << 20 && t.height <= 1u << 20, "size out of range");
+    const std::uint64_t words = std::uint64_t{t.width} * t.height * (t.format == IR_TEXTURE_RGB32F ? 3 : 1);
+    p.require(texels.size() <= 0xffffffffu && t.offset <= texels.size() && words <= texels.size() - t.offset,
+              "texels are outside the texel array");
+    if (t.format != IR_TEXTURE_RGB32F) return;
+    for (std::uint64_t i = 0; i < words; ++i)
+        p.require(in_unit(std::bit_cast<float>(texels[t.offset + i])), "a texel is outside [0, 1]");
+}
+
+void check_appearance(const std::string& where, const Scene& scene) {
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const shared::Material& m = scene.materials[i];
+        const Place p{where, "material", i};
+        p.require(m.kind == IR_MATERIAL_DIFFUSE, "unknown kind");
+        p.require((m.flags & ~IR_MATERIAL_TWOSIDED) == 0, "unknown flags");
+        p.optional_below(m.texture, scene.textures.size(), "texture");
+        p.require(in_unit(m.r) && in_unit(m.g) && in_unit(m.b), "reflectance is outside [0, 1]");
+    }
+    for (std::size_t i = 0; i < scene.textures.size(); ++i)
+        check_texture({where, "texture", i}, scene.textures[i], scene.texels);
+}
+
+void check_lights(const std::string& where, const Scene& scene) {
+    float before = 0.0f;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const shared::Light& l = scene.lights[i];
+        const Place p{where, "light", i};
+        p.require(l.kind <= IR_LIGHT_CONSTANT, "unknown kind");
+        p.finite(l.px, l.py, l.pz, l.e1x, l.e1y, l.e1z, l.e2x, l.e2y, l.e2z, l.nx, l.ny, l.nz, l.area, l.radius);
+        p.finite(l.r, l.g, l.b, l.probability, l.cdf);
+        p.require(l.r >= 0.0f && l.g >= 0.0f && l.b >= 0.0f, "negative radiance");
+        p.require(l.area >= 0.0f && l.radius >= 0.0f, "negative area or radius");
+        p.require(in_unit(l.probability), "probability is outside [0, 1]");
+        p.require(l.cdf >= before, "the cdf descends");
+        before = l.cdf;
+        p.require(i + 1 < scene.lights.size() || l.cdf == 1.0f, "the last cdf is not 1");
+    }
+}
+
+/// The features without which kernels would misread the scene.
+std::uint32_t needed_features(const Scene& scene) {
+    std::uint32_t needed = scene.analytics.empty() ? 0 : IR_FEATURE_ANALYTIC;
+    for (const shared::Material& m : scene.materials)
+        if (m.texture >= 0) needed |= IR_FEATURE_TEXTURES;
+    for (const shared::Triangle& t : scene.triangles)
+        if ((t.flags & IR_TRIANGLE_FLAT) == 0) needed |= IR_FEATURE_SMOOTH_NORMALS;
+    for (const shared::Light& l : scene.lights) {
+        if (l.kind == IR_LIGHT_CONSTANT) needed |= IR_FEATURE_ENVIRONMENT;
+        if (l.kind == IR_LIGHT_POINT || l.kind == IR_LIGHT_DIRECTIONAL) needed |= IR_FEATURE_DELTA_LIGHTS;
+    }
+    return needed;
+}
+
+void check_info(const std::string& where, const Scene& scene) {
+    const shared::SceneInfo& s = scene.info;
+    const shared::Camera& c = s.camera;
+    const Place p{where, "camera", 0}, q{where, "scene", 0};
+    p.finite(c.ox, c.oy, c.oz, c.near_clip, c.cornerx, c.cornery, c.cornerz, c.far_clip, c.dxx, c.dxy, c.dxz);
+    p.finite(c.pixel_size, c.dyx, c.dyy, c.dyz, c.forwardx, c.forwardy, c.forwardz);
+    q.require(s.width > 0 && s.height > 0 && std::uint64_t{s.width} * s.height < 1u << 31,
+              "the picture's size is out of range");
+    q.require(s.rfilter <= IR_RFILTER_GAUSSIAN, "unknown reconstruction filter");
+    q.finite(s.rfilter_radius, s.rfilter_stddev, s.diagonal);
+    q.require(s.rfilter_radius > 0.0f && s.rfilter_radius <= 1000.0f, "the filter's radius is out of range");
+    q.require(s.rfilter != IR_RFILTER_GAUSSIAN || s.rfilter_stddev > 0.0f, "the filter's width is not positive");
+    q.require(s.triangle_count == scene.triangles.size() && s.analytic_count == scene.analytics.size() &&
+                  s.light_count == scene.lights.size(),
+              "counts do not match the arrays");
+    q.require(scene.triangles.size() + scene.analytics.size() < IR_NO_PRIMITIVE, "too many primitives");
+    q.optional_below(s.environment_light, scene.lights.size(), "environment light");
+    q.require(s.environment_light < 0 ||
+                  scene.lights[static_cast<std::size_t>(s.environment_light)].kind == IR_LIGHT_CONSTANT,
+              "the environment light is of another kind");
+    q.require(s.diagonal >= 0.0f, "the diagonal is negative");
+    q.finite(s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z);
+    q.require(s.min_x <= s.max_x && s.min_y <= s.max_y && s.min_z <= s.max_z, "the bounds are inverted");
+    constexpr std::uint32_t kKnown = IR_FEATURE_TEXTURES | IR_FEATURE_ANALYTIC | IR_FEATURE_SMOOTH_NORMALS |
+                                     IR_FEATURE_ENVIRONMENT | IR_FEATURE_DELTA_LIGHTS;
+    q.require((scene.features & ~kKnown) == 0, "unknown features");
+    q.require((needed_features(scene) & ~scene.features) == 0, "a feature that it needs is not listed");
+    q.require(scene.sample_count > 0, "no samples a pixel");
+    q.finite(scene.centre[0], scene.centre[1], scene.centre[2]);
+    for (const char ch : scene.source)
+        q.require(static_cast<unsigned char>(ch) >= 32 && ch != 127, "a control character in the source's name");
+}
+
+}  // namespace
+
+void check_scene(const std::string& where, const Scene& scene) {
+    check_info(where, scene);
+    check_geometry(where, scene);
+    check_appearance(where, scene);
+    check_lights(where, scene);
+    check::check_accel(where, scene);
+}
+
+}  // namespace irradia
