@@ -157,8 +157,9 @@ void closest(benchmark::State& state, const std::string& name, const std::string
 void shadow(benchmark::State& state, const std::string& name, const std::string& mode) {
     Case& c = get_case(name);
     Traversal& device = mode == "gpu" ? *c.gpu : *c.cpu;
+    const Traversal::RaySet set = device.prepare(c.shadows);
     compare(
-        state, c.shadows.size(), [&] { device.occluded(c.shadows); },
+        state, set.count, [&] { device.launch("test_occluded", set, set.count, {}); },
         [&] {
             for (const Ray& r : c.shadows) benchmark::DoNotOptimize(c.embree->occluded(r));
         });

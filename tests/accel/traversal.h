@@ -6,7 +6,9 @@
 #define CL_HPP_ENABLE_EXCEPTIONS
 #include <CL/opencl.hpp>
 
+#include <algorithm>
 #include <cstdint>
+#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -44,7 +46,7 @@ public:
     /// `cpu_traversal`: cl/trace_cpu.h, else cl/trace_gpu.h. Both run on any device.
     Traversal(const Scene& scene, bool cpu_traversal, const cl::Device& device = first_device(CL_DEVICE_TYPE_CPU),
               const std::string& file = IRRADIA_SOURCE_DIR "/cl/trace_test.cl")
-        : tile_(cpu_traversal ? 16 : 1), context_(device), queue_(context_, device, CL_QUEUE_PROFILING_ENABLE) {
+        : tile_(cpu_traversal ? 16 : 1), context_(device), queue_(context_, device) {
         const bool analytic = !scene.analytics.empty();
         program_ = cl::Program(context_, "#include \"" + file + "\"\n");
         const std::string options =
@@ -81,31 +83,40 @@ public:
     }
 
     [[nodiscard]] std::uint32_t tile() const { return tile_; }
-    /// Device time of the last launch, seconds.
-    [[nodiscard]] double seconds() const { return seconds_; }
+    /// Rays on the device, and room for 16 bytes of result each.
+    struct RaySet {
+        cl::Buffer rays, results;
+        std::size_t count;
+    };
+    RaySet prepare(const std::vector<Ray>& rays) {
+        return {upload(rays), cl::Buffer(context_, CL_MEM_READ_WRITE, std::max<std::size_t>(rays.size(), 1) * 16),
+                rays.size()};
+    }
 
-    /// Results of kernel `name`, launched over `items` work-items; `extra` arguments lie between count and results.
-    template <class Result>
-    std::vector<Result> run(const char* name, const std::vector<Ray>& rays, std::size_t items,
-                            const std::vector<std::uint32_t>& extra) {
-        const cl::Buffer in = upload(rays);
-        const cl::Buffer out(context_, CL_MEM_READ_WRITE, rays.size() * sizeof(Result));
-        cl::Kernel kernel(program_, name);
+    /// Runs kernel `name` over `items` work-items to its end; `extra` arguments lie between count and results.
+    void launch(const std::string& name, const RaySet& set, std::size_t items,
+                const std::vector<std::uint32_t>& extra) {
+        cl::Kernel& kernel = kernels_.try_emplace(name, program_, name.c_str()).first->second;
         cl_uint i = 0;
         for (const cl::Buffer* b : {&nodes_, &leaves_, &analytics_, &triangles_, &vertices_}) kernel.setArg(i++, *b);
         for (int k = 0; k < 4; ++k) kernel.setArg(i++, unused_);
         kernel.setArg(i++, info_);
-        kernel.setArg(i++, in);
-        kernel.setArg(i++, static_cast<cl_uint>(rays.size()));
+        kernel.setArg(i++, set.rays);
+        kernel.setArg(i++, static_cast<cl_uint>(set.count));
         for (const std::uint32_t e : extra) kernel.setArg(i++, e);
-        kernel.setArg(i++, out);
-        cl::Event done;
+        kernel.setArg(i++, set.results);
         constexpr std::size_t kGroup = 64;
-        queue_.enqueueNDRangeKernel(kernel, 0, (items + kGroup - 1) / kGroup * kGroup, kGroup, nullptr, &done);
+        queue_.enqueueNDRangeKernel(kernel, 0, (items + kGroup - 1) / kGroup * kGroup, kGroup);
+        queue_.finish();
+    }
+
+    template <class Result>
+    std::vector<Result> run(const std::string& name, const std::vector<Ray>& rays, std::size_t items,
+                            const std::vector<std::uint32_t>& extra) {
+        const RaySet set = prepare(rays);
+        launch(name, set, items, extra);
         std::vector<Result> results(rays.size());
-        queue_.enqueueReadBuffer(out, true, 0, results.size() * sizeof(Result), results.data());
-        seconds_ = 1e-9 * static_cast<double>(done.getProfilingInfo<CL_PROFILING_COMMAND_END>() -
-                                              done.getProfilingInfo<CL_PROFILING_COMMAND_START>());
+        queue_.enqueueReadBuffer(set.results, true, 0, results.size() * sizeof(Result), results.data());
         return results;
     }
 
@@ -123,7 +134,7 @@ private:
     cl::CommandQueue queue_;
     cl::Program program_;
     cl::Buffer nodes_, leaves_, analytics_, triangles_, vertices_, info_, unused_;
-    double seconds_ = 0;
+    std::map<std::string, cl::Kernel> kernels_;
 };
 
 }  // namespace irradia::testing
