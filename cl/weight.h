@@ -18,9 +18,9 @@ IR_FN real ward_weight_normalised(real x) { return x < R(1.0) ? (R(1.0) - x) / m
 IR_FN real ward_weight(real e, real a) { return ward_weight_normalised(e / a) / a; }
 
 // (1.11)-(1.13), clamped at 0 (1.9). kappa = 1/(2a) gives the distance the same support a R as (1.8).
-// 0.123257 = sqrt(1 - cos 10 deg).
+// 0.123257.. = sqrt(1 - cos 10 deg).
 IR_FN real tabellion_weight(real distance, real radius, real normal_err, real kappa) {
-    return max(R(0.0), R(1.0) - kappa * max(R(2.0) * distance / radius, normal_err / R(0.123257)));
+    return max(R(0.0), R(1.0) - kappa * max(R(2.0) * distance / radius, normal_err / R(0.12325683343243877)));
 }
 
 // e_t of theory 6: distance in the ellipse with semi-axis r2 along the unit tangent t2, and r1 across it, along the
