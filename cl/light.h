@@ -46,9 +46,9 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
 #if IR_FEATURES & IR_FEATURE_ENVIRONMENT
     if (light.kind == IR_LIGHT_CONSTANT) {
         const Frame frame = make_frame(n);
-        const real3 local = cosine_direction(u0, u1);
-        sample.direction = to_world(frame, local);
-        sample.density = light.probability * local.z * IR_INV_PI;
+        const real3 in_frame = cosine_direction(u0, u1);
+        sample.direction = to_world(frame, in_frame);
+        sample.density = light.probability * in_frame.z * IR_INV_PI;
         sample.radiance = power * (1.0f / sample.density);
         sample.valid = true;
         return sample;

@@ -45,8 +45,8 @@ IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rn
         // Continue in proportion to the cosine: the throughput's factor is the albedo alone.
         const Frame frame = make_frame(f.ns);
         const float v0 = rng_real(rng), v1 = rng_real(rng);
-        const real3 local = cosine_direction(v0, v1);
-        const real3 w = to_world(frame, local);
+        const real3 in_frame = cosine_direction(v0, v1);
+        const real3 w = to_world(frame, in_frame);
         if (bounce >= IR_ROULETTE_START) {
             const float survive = min(max(max(throughput.x, throughput.y), throughput.z), 0.95f);
             if (rng_real(rng) >= survive) break;
@@ -55,7 +55,7 @@ IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rn
         const real3 origin = leave_surface(&f, w);
         const Hit hit = trace_closest(s, origin, w, 0.0f, IR_INFINITY);
         ++rays->bounce;
-        const float bsdf_density = local.z * IR_INV_PI;
+        const float bsdf_density = in_frame.z * IR_INV_PI;
         if (hit.primitive == IR_NO_PRIMITIVE) {
 #if IR_FEATURES & IR_FEATURE_ENVIRONMENT
             if (s->info->environment_light != IR_NO_LIGHT) {

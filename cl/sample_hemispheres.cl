@@ -46,13 +46,13 @@ IR_FN void sample_tile(const SceneData* s, const ShadingPoint* q, uint record, u
         const uint cell = tile_cell(tile, i);
         Rng rng = rng_make(seed, record, cell);
         const float xi1 = rng_real(&rng), xi2 = rng_real(&rng);
-        const real3 local = stratum_direction(cell / IR_N, cell % IR_N, IR_M, IR_N, xi1, xi2);
-        const real3 w = to_world(frame, local);
+        const real3 in_frame = stratum_direction(cell / IR_N, cell % IR_N, IR_M, IR_N, xi1, xi2);
+        const real3 w = to_world(frame, in_frame);
         dx[i] = w.x;
         dy[i] = w.y;
         dz[i] = w.z;
-        cells[0 * IR_CELLS + cell] = local.x;
-        cells[1 * IR_CELLS + cell] = local.y;
+        cells[0 * IR_CELLS + cell] = in_frame.x;
+        cells[1 * IR_CELLS + cell] = in_frame.y;
     }
     trace_tile(s, origin, dx, dy, dz, count, 0.0f, hits);
     for (uint i = 0; i < count; ++i) {
