@@ -6,7 +6,8 @@
 #include "trace_analytic.h"
 
 #define IR_STACK_SIZE (7 * IR_BVH8_MAX_DEPTH + 1)
-#define IR_PACKET_MIN_ACTIVE 7  // with fewer rays a node is left to single rays
+#define IR_PACKET_MIN_NODE 7  // with fewer active rays a node is left to single rays, which was measured to be faster;
+#define IR_PACKET_MIN_LEAF 2  // a leaf pays sooner
 
 // ---- small tools ---------------------------------------------------------------------------------------------------
 
@@ -223,15 +224,37 @@ IR_FN Lanes16 lanes16(int16 m) {
 }
 IR_FN uint lane_count(Lanes16 l) { return (uint)(popcount(l.lo) + popcount(l.hi)); }
 
+// Bounds of the parameters at which any ray of a packet enters and leaves a slab [lo, hi] (relative to the origin):
+// enter >= max(lo a, hi b) for t >= 0, leave <= hi c + lo d + e.
+typedef struct SlabBound {
+    float a, b, c, d, e;
+} SlabBound;
+
+IR_FN SlabBound make_slab_bound(float16 direction) {
+    const float most = largest16(direction), least = -largest16(-direction);
+    SlabBound s;
+    s.a = most > 0.0f ? safe_reciprocal(most) : 0.0f;
+    s.b = least < 0.0f ? safe_reciprocal(least) : 0.0f;
+    s.c = least > 0.0f ? safe_reciprocal(least) : 0.0f;
+    s.d = most < 0.0f ? safe_reciprocal(most) : 0.0f;
+    s.e = least <= 0.0f && most >= 0.0f ? IR_INFINITY : 0.0f;  // some ray stays within the slab
+    return s;
+}
+IR_FN float8 bound_enter(SlabBound s, float8 lo, float8 hi) { return max(lo * s.a, hi * s.b); }
+IR_FN float8 bound_leave(SlabBound s, float8 lo, float8 hi) { return fma(hi, s.c, fma(lo, s.d, s.e)); }
+
 typedef struct Packet {
     real3 origin;
     float16 dx, dy, dz;     // directions
     float16 rx, ry, rz;     // their reciprocals
     float t_min;
-    float16 t, u, v;        // closest hits so far; t of an unused lane is negative
-    uint16 primitive;
+    float t[16], u[16], v[16];  // closest hits so far; t of an unused lane is negative
+    uint primitive[16];
+    float x[16], y[16], z[16];  // the directions once more
+    uint made;                  // bit i: single[i] is made
+    SingleRay single[16];
     float t_far;            // the largest t of all lanes
-    float distance_to_t;    // smallest ray parameter per distance from the origin: 1 for unit directions
+    SlabBound bound_x, bound_y, bound_z;
 } Packet;
 
 // Embree's Pluecker test with all that the rays share taken out: edge functions are dot products of the direction with
@@ -276,30 +299,22 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
         const Lanes16 lanes = lanes16(inside);
         if ((lanes.lo | lanes.hi) == 0) continue;
         const float16 t = planes[12][i] / fma(p->dx, planes[9][i], fma(p->dy, planes[10][i], p->dz * planes[11][i]));
-        const int16 hit = inside & (t > p->t_min) & (t < p->t);  // parallel or degenerate: infinite or NaN, no hit
+        const int16 hit = inside & (t > p->t_min) & (t < vload16(0, p->t));  // parallel or degenerate: infinite or NaN, no hit
         const Lanes16 hit_lanes = lanes16(hit);
         if ((hit_lanes.lo | hit_lanes.hi) == 0) continue;
         const float16 scale = 1.0f / (u + v + w);
-        p->t = select(p->t, t, hit);
-        p->u = select(p->u, u * scale, hit);
-        p->v = select(p->v, v * scale, hit);
-        p->primitive = select(p->primitive, (uint16)(block->primitive[i]), hit);
+        vstore16(select(vload16(0, p->t), t, hit), 0, p->t);
+        vstore16(select(vload16(0, p->u), u * scale, hit), 0, p->u);
+        vstore16(select(vload16(0, p->v), v * scale, hit), 0, p->v);
+        vstore16(select(vload16(0, p->primitive), (uint16)(block->primitive[i]), hit), 0, p->primitive);
         changed = true;
     }
-    if (changed) p->t_far = largest16(p->t);
+    if (changed) p->t_far = largest16(vload16(0, p->t));
 }
 
 // The rays of `lanes` one by one from `reference` on.
 IR_FN void packet_singles(const SceneData* s, uint reference, Lanes16 lanes, Packet* p) {
-    float x[16], y[16], z[16], t[16], u[16], v[16];
-    uint primitive[16];
-    vstore16(p->dx, 0, x);
-    vstore16(p->dy, 0, y);
-    vstore16(p->dz, 0, z);
-    vstore16(p->t, 0, t);
-    vstore16(p->u, 0, u);
-    vstore16(p->v, 0, v);
-    vstore16(p->primitive, 0, primitive);
+    bool changed = false;
     while (lanes.lo | lanes.hi) {
         uint i;
         if (lanes.lo) {
@@ -309,23 +324,20 @@ IR_FN void packet_singles(const SceneData* s, uint reference, Lanes16 lanes, Pac
             i = first_lane(lanes.hi) + 8;
             lanes.hi &= lanes.hi - 1;
         }
-        const SingleRay r = make_single_ray(p->origin, (real3)(x[i], y[i], z[i]), p->t_min);
-        Hit hit;
-        hit.t = t[i];
-        hit.u = u[i];
-        hit.v = v[i];
-        hit.primitive = primitive[i];
-        trace_bvh8(s, &r, reference, &hit, false);
-        t[i] = hit.t;
-        u[i] = hit.u;
-        v[i] = hit.v;
-        primitive[i] = hit.primitive;
+        if (!(p->made >> i & 1)) {
+            p->single[i] = make_single_ray(p->origin, (real3)(p->x[i], p->y[i], p->z[i]), p->t_min);
+            p->made |= 1u << i;
+        }
+        Hit hit = make_miss(p->t[i]);
+        trace_bvh8(s, p->single + i, reference, &hit, false);
+        if (hit.primitive == IR_NO_PRIMITIVE) continue;
+        p->t[i] = hit.t;
+        p->u[i] = hit.u;
+        p->v[i] = hit.v;
+        p->primitive[i] = hit.primitive;
+        changed = true;
     }
-    p->t = vload16(0, t);
-    p->u = vload16(0, u);
-    p->v = vload16(0, v);
-    p->primitive = vload16(0, primitive);
-    p->t_far = largest16(p->t);
+    if (changed) p->t_far = largest16(vload16(0, p->t));
 }
 
 IR_FN void packet_bvh8(const SceneData* s, Packet* p) {
@@ -342,8 +354,11 @@ IR_FN void packet_bvh8(const SceneData* s, Packet* p) {
             const float8 lx = vload8(0, node->lo_x) - p->origin.x, hx = vload8(0, node->hi_x) - p->origin.x;
             const float8 ly = vload8(0, node->lo_y) - p->origin.y, hy = vload8(0, node->hi_y) - p->origin.y;
             const float8 lz = vload8(0, node->lo_z) - p->origin.z, hz = vload8(0, node->hi_z) - p->origin.z;
-            const float8 gx = max(max(lx, -hx), 0.0f), gy = max(max(ly, -hy), 0.0f), gz = max(max(lz, -hz), 0.0f);
-            const float8 gap = sqrt(gx * gx + gy * gy + gz * gz) * p->distance_to_t;  // the origin's distance from each box
+            const float8 first =
+                max(max(bound_enter(p->bound_x, lx, hx), bound_enter(p->bound_y, ly, hy)), max(bound_enter(p->bound_z, lz, hz), p->t_min));
+            const float8 last =
+                min(min(bound_leave(p->bound_x, lx, hx), bound_leave(p->bound_y, ly, hy)), min(bound_leave(p->bound_z, lz, hz), p->t_far));
+            ulong boxes = lanes8(first <= last);
             float x0[8], x1[8], y0[8], y1[8], z0[8], z1[8], g[8];
             vstore8(lx, 0, x0);
             vstore8(hx, 0, x1);
@@ -351,15 +366,16 @@ IR_FN void packet_bvh8(const SceneData* s, Packet* p) {
             vstore8(hy, 0, y1);
             vstore8(lz, 0, z0);
             vstore8(hz, 0, z1);
-            vstore8(gap, 0, g);
+            vstore8(first, 0, g);
             const int bottom = top;
-            const uint count = node->count;
-            for (uint i = 0; i < count; ++i) {
+            const float16 t = vload16(0, p->t);
+            for (; boxes; boxes &= boxes - 1) {
+                const uint i = first_lane(boxes);
                 const float16 xa = x0[i] * p->rx, xb = x1[i] * p->rx;
                 const float16 ya = y0[i] * p->ry, yb = y1[i] * p->ry;
                 const float16 za = z0[i] * p->rz, zb = z1[i] * p->rz;
                 const float16 enter = max(max(min(xa, xb), min(ya, yb)), max(min(za, zb), p->t_min));
-                const float16 leave = min(min(max(xa, xb), max(ya, yb)), min(max(za, zb), p->t));
+                const float16 leave = min(min(max(xa, xb), max(ya, yb)), min(max(za, zb), t));
                 const Lanes16 lanes = lanes16(enter <= leave);
                 if ((lanes.lo | lanes.hi) == 0) continue;
                 int k = top++;
@@ -378,7 +394,10 @@ IR_FN void packet_bvh8(const SceneData* s, Packet* p) {
             --top;
             if (distance[top] >= p->t_far) continue;
             reference = stack[top];
-            if (lane_count(active[top]) >= IR_PACKET_MIN_ACTIVE && !(reference & IR_LEAF && reference & IR_LEAF_ANALYTIC)) break;
+            const uint count = lane_count(active[top]);
+            if (!(reference & IR_LEAF) ? count >= IR_PACKET_MIN_NODE
+                                       : count >= IR_PACKET_MIN_LEAF && !(reference & IR_LEAF_ANALYTIC))
+                break;
             packet_singles(s, reference, active[top], p);
         }
     }
@@ -389,45 +408,33 @@ IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const f
     Packet p;
     p.origin = origin;
     p.t_min = t_min;
-    if (count == IR_TILE) {
-        p.dx = vload16(0, dx);
-        p.dy = vload16(0, dy);
-        p.dz = vload16(0, dz);
-        p.t = IR_INFINITY;
-    } else {
-        float x[IR_TILE], y[IR_TILE], z[IR_TILE], t[IR_TILE];
-        for (uint i = 0; i < IR_TILE; ++i) {  // unused lanes: a copy of the first ray with an empty interval
-            const uint k = i < count ? i : 0;
-            x[i] = dx[k];
-            y[i] = dy[k];
-            z[i] = dz[k];
-            t[i] = i < count ? IR_INFINITY : -IR_INFINITY;
-        }
-        p.dx = vload16(0, x);
-        p.dy = vload16(0, y);
-        p.dz = vload16(0, z);
-        p.t = vload16(0, t);
+    p.made = 0;
+    for (uint i = 0; i < IR_TILE; ++i) {  // unused lanes: a copy of the first ray with an empty interval
+        const uint k = i < count ? i : 0;
+        p.x[i] = dx[k];
+        p.y[i] = dy[k];
+        p.z[i] = dz[k];
+        p.t[i] = i < count ? IR_INFINITY : -IR_INFINITY;
     }
+    p.dx = vload16(0, p.x);
+    p.dy = vload16(0, p.y);
+    p.dz = vload16(0, p.z);
     p.rx = safe_reciprocal16(p.dx);
     p.ry = safe_reciprocal16(p.dy);
     p.rz = safe_reciprocal16(p.dz);
-    p.u = 0.0f;
-    p.v = 0.0f;
-    p.primitive = IR_NO_PRIMITIVE;
+    vstore16((float16)(0.0f), 0, p.u);
+    vstore16((float16)(0.0f), 0, p.v);
+    vstore16((uint16)(IR_NO_PRIMITIVE), 0, p.primitive);
     p.t_far = IR_INFINITY;
-    p.distance_to_t = 0.999999f * rsqrt(largest16(p.dx * p.dx + p.dy * p.dy + p.dz * p.dz));
+    p.bound_x = make_slab_bound(p.dx);
+    p.bound_y = make_slab_bound(p.dy);
+    p.bound_z = make_slab_bound(p.dz);
     packet_bvh8(s, &p);
-    float t[IR_TILE], u[IR_TILE], v[IR_TILE];
-    uint primitive[IR_TILE];
-    vstore16(p.t, 0, t);
-    vstore16(p.u, 0, u);
-    vstore16(p.v, 0, v);
-    vstore16(p.primitive, 0, primitive);
     for (uint i = 0; i < count; ++i) {
-        hits[i].t = t[i];
-        hits[i].u = u[i];
-        hits[i].v = v[i];
-        hits[i].primitive = primitive[i];
+        hits[i].t = p.t[i];
+        hits[i].u = p.u[i];
+        hits[i].v = p.v[i];
+        hits[i].primitive = p.primitive[i];
     }
 }
 #endif
