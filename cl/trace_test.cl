@@ -21,20 +21,18 @@ IR_KERNEL void test_occluded(IR_SCENE_ARGS, IR_GLOBAL const float* rays, uint co
     occluded[i] = trace_occluded(&s, make_real3(r[0], r[1], r[2]), make_real3(r[4], r[5], r[6]), r[3], r[7]) ? 1u : 0u;
 }
 
-// One work-item a tile of `tile` <= IR_TILE consecutive rays, which share the first one's origin and t_min.
-IR_KERNEL void test_tile(IR_SCENE_ARGS, IR_GLOBAL const float* rays, uint count, uint tile, IR_GLOBAL Hit* hits) {
+// One work-item a tile of `tile` <= IR_TILE rays that share origin and t_min. Tile i of `tiles`, 64 floats: 16 times dx,
+// 16 dy, 16 dz, then ox, oy, oz, t_min. Results: those of `tile` rays after another.
+IR_KERNEL void test_tile(IR_SCENE_ARGS, IR_GLOBAL const float* tiles, uint count, uint tile, IR_GLOBAL Hit* hits) {
     IR_SCENE_INIT(s);
     const uint first = IR_GLOBAL_ID * tile;
     if (first >= count) return;
     const uint n = min(tile, count - first);
-    IR_GLOBAL const float* r = rays + 8 * first;
-    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];
-    Hit found[IR_TILE];
-    for (uint i = 0; i < n; ++i) {
-        dx[i] = r[8 * i + 4];
-        dy[i] = r[8 * i + 5];
-        dz[i] = r[8 * i + 6];
-    }
-    trace_tile(&s, make_real3(r[0], r[1], r[2]), dx, dy, dz, n, r[3], found);
+    IR_GLOBAL const float* in = tiles + 64 * IR_GLOBAL_ID;
+    float d[48];
+    for (uint i = 0; i < 48; ++i) d[i] = in[i];
+    Hit found[16];
+    for (uint i = 0; i < n; i += IR_TILE)
+        trace_tile(&s, make_real3(in[48], in[49], in[50]), d + i, d + 16 + i, d + 32 + i, min(n - i, (uint)IR_TILE), in[51], found + i);
     for (uint i = 0; i < n; ++i) hits[first + i] = found[i];
 }

@@ -71,7 +71,7 @@ TEST_P(TraversalTest, SoupClosestMatchesBruteForce) {
         testing::Traversal device(scene, cpu());
         const std::vector<Ray> rays = tiled(random_rays(2048, 1.5f, 0, kFar, 3));
         expect_same(scene, rays, device.closest(rays));
-        expect_same(scene, rays, device.tiles(rays, device.tile()));
+        expect_same(scene, rays, device.tiles(rays, 16));
     }
 }
 

@@ -46,7 +46,7 @@ public:
     /// `cpu_traversal`: cl/trace_cpu.h, else cl/trace_gpu.h. Both run on any device.
     Traversal(const Scene& scene, bool cpu_traversal, const cl::Device& device = first_device(CL_DEVICE_TYPE_CPU),
               const std::string& file = IRRADIA_SOURCE_DIR "/cl/trace_test.cl")
-        : tile_(cpu_traversal ? 16 : 1), context_(device), queue_(context_, device) {
+        : context_(device), queue_(context_, device) {
         const bool analytic = !scene.analytics.empty();
         program_ = cl::Program(context_, "#include \"" + file + "\"\n");
         const std::string options =
@@ -77,12 +77,13 @@ public:
     std::vector<std::uint32_t> occluded(const std::vector<Ray>& rays) {
         return run<std::uint32_t>("test_occluded", rays, rays.size(), {});
     }
-    /// Tiles of `tile` consecutive rays, which must share origin and t_min.
+    /// Tiles of `tile` <= 16 consecutive rays, which must share origin and t_min.
     std::vector<DeviceHit> tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
-        return run<DeviceHit>("test_tile", rays, (rays.size() + tile - 1) / tile, {tile});
+        const RaySet set = prepare_tiles(rays, tile);
+        launch("test_tile", set, (rays.size() + tile - 1) / tile, {tile});
+        return results<DeviceHit>(set);
     }
 
-    [[nodiscard]] std::uint32_t tile() const { return tile_; }
     /// Rays on the device, and room for 16 bytes of result each.
     struct RaySet {
         cl::Buffer rays, results;
@@ -91,6 +92,18 @@ public:
     RaySet prepare(const std::vector<Ray>& rays) {
         return {upload(rays), cl::Buffer(context_, CL_MEM_READ_WRITE, std::max<std::size_t>(rays.size(), 1) * 16),
                 rays.size()};
+    }
+
+    /// The layout of kernel test_tile.
+    RaySet prepare_tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
+        std::vector<float> in((rays.size() + tile - 1) / tile * 64);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            float* t = in.data() + i / tile * 64;
+            const Ray& r = rays[i];
+            t[i % tile] = r.dx, t[16 + i % tile] = r.dy, t[32 + i % tile] = r.dz;
+            t[48] = r.ox, t[49] = r.oy, t[50] = r.oz, t[51] = r.t_min;
+        }
+        return {upload(in), prepare(rays).results, rays.size()};
     }
 
     /// Runs kernel `name` over `items` work-items to its end; `extra` arguments lie between count and results.
@@ -115,9 +128,14 @@ public:
                             const std::vector<std::uint32_t>& extra) {
         const RaySet set = prepare(rays);
         launch(name, set, items, extra);
-        std::vector<Result> results(rays.size());
-        queue_.enqueueReadBuffer(set.results, true, 0, results.size() * sizeof(Result), results.data());
-        return results;
+        return results<Result>(set);
+    }
+
+    template <class Result>
+    std::vector<Result> results(const RaySet& set) {
+        std::vector<Result> out(set.count);
+        queue_.enqueueReadBuffer(set.results, true, 0, out.size() * sizeof(Result), out.data());
+        return out;
     }
 
 private:
@@ -129,7 +147,6 @@ private:
         return b;
     }
 
-    std::uint32_t tile_;
     cl::Context context_;
     cl::CommandQueue queue_;
     cl::Program program_;
