@@ -170,7 +170,7 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
     camera.forward = linear[2] * scale;
     camera.dx = linear[0] * (-2.0 * tx * scale);
     camera.dy = linear[1] * (-2.0 * ty * scale);
-    camera.corner = camera.forward - 0.5 * (camera.dx + camera.dy) - offset_x * camera.dx - offset_y * camera.dy;
+    camera.corner = camera.forward + (offset_x - 0.5) * camera.dx + (offset_y - 0.5) * camera.dy;
     return camera;
 }
 

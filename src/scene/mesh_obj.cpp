@@ -113,6 +113,7 @@ Mesh read_obj(const std::string& path) {
             first += n;
         }
     }
+    if (mesh.triangles.empty() && positions > 0) throw Error(fmt::format("mesh '{}' has no faces", path));
     if (!any_normal) mesh.normals.clear();
     if (!any_uv) mesh.uvs.clear();
     return mesh;

@@ -151,7 +151,7 @@ glm::dmat4 look_at(const Node& node) {
     return {glm::dvec4(x, 0.0), glm::dvec4(y, 0.0), glm::dvec4(z, 0.0), glm::dvec4(origin, 1.0)};
 }
 
-glm::dmat4 operation(const Node& node) {
+glm::dmat4 operation(const Context& context, const Node& node) {
     if (node.tag == "translate") return glm::translate(glm::dmat4(1.0), xyz(node, 0.0));
     if (node.tag == "scale") return glm::scale(glm::dmat4(1.0), xyz(node, 1.0));
     if (node.tag == "matrix") return matrix(node);
@@ -159,6 +159,9 @@ glm::dmat4 operation(const Node& node) {
     if (node.tag == "rotate") {
         const glm::dvec3 axis = xyz(node, 0.0);
         if (glm::length(axis) == 0.0) fail(node, "<rotate> needs an axis: x, y, z or value");
+        if (std::abs(glm::length(axis) - 1.0) > 1e-3)
+            context.warn(node,
+                         "<rotate>: the axis is not of unit length; it is normalised here, Mitsuba 3 scales by it");
         return glm::rotate(glm::dmat4(1.0), glm::radians(parse_number(node, required(node, "angle"))), axis);
     }
     fail(node,
@@ -167,11 +170,11 @@ glm::dmat4 operation(const Node& node) {
 
 }  // namespace
 
-glm::dmat4 parse_transform(const Node& transform) {
+glm::dmat4 parse_transform(const Context& context, const Node& transform) {
     if (transform.tag != "transform")
         fail(transform, fmt::format("{}: a <transform> was expected", describe(transform)));
     glm::dmat4 result(1.0);
-    for (const auto& child : transform.children) result = operation(child) * result;
+    for (const auto& child : transform.children) result = operation(context, child) * result;
     return result;
 }
 
@@ -255,7 +258,7 @@ std::optional<glm::dvec3> Properties::vector(const std::string& name) {
 std::optional<glm::dmat4> Properties::transform(const std::string& name) {
     const Node* p = take(name, {"transform"}, "a <transform>");
     if (!p) return std::nullopt;
-    return parse_transform(*p);
+    return parse_transform(context_, *p);
 }
 
 std::optional<glm::dvec3> Properties::colour(const std::string& name) {

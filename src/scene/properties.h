@@ -18,7 +18,7 @@ std::vector<double> parse_numbers(const Node& node, std::string_view text, std::
 /// A property's colour: <rgb> (three numbers, one, or #rrggbb in sRGB), <float>, or <spectrum> with one value.
 glm::dvec3 parse_colour(const Context& context, const Node& property);
 /// <transform>: its operations in order, each applied after those before it (Mitsuba's order).
-glm::dmat4 parse_transform(const Node& transform);
+glm::dmat4 parse_transform(const Context& context, const Node& transform);
 /// Rec. 709 luminance.
 inline double luminance(const glm::dvec3& c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 /// The sRGB transfer function's inverse, v in [0, 1].

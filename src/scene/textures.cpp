@@ -29,11 +29,19 @@ std::vector<T> three_channels(const std::vector<T>& data, int channels) {
     return out;
 }
 
+/// OpenImageIO's messages can have several lines.
+std::string one_line(std::string text) {
+    for (char& c : text)
+        if (c == '\n') c = ' ';
+    while (!text.empty() && text.back() == ' ') text.pop_back();
+    return text;
+}
+
 Picture read_picture(const std::string& path, bool raw) {
     OIIO::ImageSpec config;
     config["oiio:UnassociatedAlpha"] = 1;  // colours as they stand in the file
     auto input = OIIO::ImageInput::open(path, &config);
-    if (!input) throw Error(fmt::format("texture '{}' cannot be read: {}", path, OIIO::geterror()));
+    if (!input) throw Error(fmt::format("texture '{}' cannot be read: {}", path, one_line(OIIO::geterror())));
     const OIIO::ImageSpec& spec = input->spec();
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
         throw Error(
@@ -55,7 +63,7 @@ Picture read_picture(const std::string& path, bool raw) {
         if (!raw && !spec.format.is_floating_point())
             for (auto& v : picture.floats) v = static_cast<float>(srgb_to_linear(v));
     }
-    if (!good) throw Error(fmt::format("texture '{}' cannot be read: {}", path, input->geterror()));
+    if (!good) throw Error(fmt::format("texture '{}' cannot be read: {}", path, one_line(input->geterror())));
     return picture;
 }
 

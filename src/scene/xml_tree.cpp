@@ -30,22 +30,22 @@ void fail(const Node& node, const std::string& message) { throw Error(where(node
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
     std::string best;
     std::size_t best_distance = std::max<std::size_t>(1, name.size() / 3) + 1;
-    std::vector<std::size_t> row;
     for (const auto& candidate : candidates) {
-        // Levenshtein's distance, one row at a time.
-        row.resize(candidate.size() + 1);
-        for (std::size_t j = 0; j <= candidate.size(); ++j) row[j] = j;
-        for (std::size_t i = 1; i <= name.size(); ++i) {
-            std::size_t diagonal = row[0];
-            row[0] = i;
-            for (std::size_t j = 1; j <= candidate.size(); ++j) {
-                const std::size_t substituted = diagonal + (name[i - 1] == candidate[j - 1] ? 0 : 1);
-                diagonal = row[j];
-                row[j] = std::min({row[j] + 1, row[j - 1] + 1, substituted});
+        // Optimal string alignment: insertions, deletions, substitutions, swaps of neighbours.
+        const std::size_t columns = candidate.size() + 1;
+        std::vector<std::size_t> d((name.size() + 1) * columns);
+        const auto at = [&](std::size_t i, std::size_t j) -> std::size_t& { return d[i * columns + j]; };
+        for (std::size_t i = 0; i <= name.size(); ++i) at(i, 0) = i;
+        for (std::size_t j = 0; j < columns; ++j) at(0, j) = j;
+        for (std::size_t i = 1; i <= name.size(); ++i)
+            for (std::size_t j = 1; j < columns; ++j) {
+                const bool equal = name[i - 1] == candidate[j - 1];
+                at(i, j) = std::min({at(i - 1, j) + 1, at(i, j - 1) + 1, at(i - 1, j - 1) + (equal ? 0 : 1)});
+                if (i > 1 && j > 1 && name[i - 1] == candidate[j - 2] && name[i - 2] == candidate[j - 1])
+                    at(i, j) = std::min(at(i, j), at(i - 2, j - 2) + 1);
             }
-        }
-        if (row.back() < best_distance) {
-            best_distance = row.back();
+        if (d.back() < best_distance) {
+            best_distance = d.back();
             best = candidate;
         }
     }
