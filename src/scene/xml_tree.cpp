@@ -227,8 +227,10 @@ private:
         for (const auto& child : xml.children()) {
             if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
                 node.line = line_of(child.offset_debug());
-                fail(node,
-                     fmt::format("stray text '{}' inside <{}>", std::string(child.value()).substr(0, 30), node.tag));
+                std::string text = child.value();
+                text.erase(0, text.find_first_not_of(" \t\r\n"));
+                text = text.substr(0, std::min<std::size_t>(text.find_first_of("\r\n"), 30));
+                fail(node, fmt::format("stray text '{}' inside <{}>", text, node.tag));
             }
             if (child.type() != pugi::node_element) continue;
             Node converted = convert(child, file, line_of, &node);
