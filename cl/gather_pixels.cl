@@ -16,13 +16,13 @@ IR_KERNEL void gather_points(IR_SCENE_ARGS, IR_GLOBAL float* film, IR_GLOBAL Sha
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     TileSample samples[IR_TILE];
-    float pixel_widths[IR_TILE];
-    shade_tile(&s, pixel, sample, 1u, edges, seed, &sum, samples, pixel_widths, &rays);
+    Hit hits[IR_TILE];
+    shade_tile(&s, pixel, sample, 1u, edges, seed, &sum, samples, hits, &rays);
     pixel_store(&sum, film, slot);
     const real3 albedo = samples[0].albedo;
     points[slot].state = IR_POINT_NONE;
     if (edges >= 2u && max(max(albedo.x, albedo.y), albedo.z) > 0.0f) {
-        points[slot] = sample_point(&s, pixel, sample, seed);
+        points[slot] = sample_point(&s, pixel, sample, &hits[0], seed);
         albedos[3u * slot] = albedo.x;
         albedos[3u * slot + 1u] = albedo.y;
         albedos[3u * slot + 2u] = albedo.z;

@@ -25,13 +25,12 @@ IR_FN real3 direct_radiance(const SceneData* s, const Surface* f, float u0, floa
 }
 
 // Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
-// surfaces that want irradiance in `samples`, with a pixel's width at their distance. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
+// surfaces that want irradiance in `samples`, with all hits in `hits`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
 IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed, PixelSum* sum,
-                      TileSample* samples, float* pixel_widths, RayCount* rays) {
+                      TileSample* samples, Hit* hits, RayCount* rays) {
     const uint x = pixel % s->info->width, y = pixel / s->info->width;
     const uint pixel_seed = hash_uint(pixel ^ hash_uint(seed));
     float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], light_u[IR_TILE], light_v[IR_TILE];
-    Hit hits[IR_TILE];
     CameraRay ray;
     for (uint i = 0; i < count; ++i) {
         float u[4];
@@ -47,7 +46,6 @@ IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, ui
     trace_tile(s, origin, dx, dy, dz, count, ray.t_min, hits);
     for (uint i = 0; i < count; ++i) {
         samples[i].albedo = make_real3(0.0f, 0.0f, 0.0f);
-        pixel_widths[i] = hits[i].t * s->info->camera.pixel_size;
         if (hits[i].primitive == IR_NO_PRIMITIVE || hits[i].t >= ray.t_max) {
             pixel_add_miss(sum, sky_radiance(s));
             continue;
@@ -65,17 +63,13 @@ IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, ui
         }
     }
 }
-// The surface that sample `index` of a pixel sees, as a point that wants a record.
-IR_FN ShadingPoint sample_point(const SceneData* s, uint pixel, uint index, uint seed) {
-    const uint pixel_seed = hash_uint(pixel ^ hash_uint(seed));
+// The surface that sample `index` of a pixel saw (`hit`, from shade_tile: a ray through an edge must not be asked twice,
+// since a packet and a single ray may answer with different triangles), as a point that wants a record.
+IR_FN ShadingPoint sample_point(const SceneData* s, uint pixel, uint index, const Hit* hit, uint seed) {
     float u[4];
-    sobol4(index, pixel_seed, u);
+    sobol4(index, hash_uint(pixel ^ hash_uint(seed)), u);
     const CameraRay ray = camera_ray(s->info, pixel % s->info->width, pixel / s->info->width, u[0], u[1]);
-    const real3 origin = camera_origin(s->info);
-    float dx = ray.direction.x, dy = ray.direction.y, dz = ray.direction.z;
-    Hit hit;
-    trace_tile(s, origin, &dx, &dy, &dz, 1u, ray.t_min, &hit);
-    const Surface f = surface_at(s, origin, ray.direction, &hit);
-    return make_shading_point(s->info, &f, ray.direction, hit.t, pixel);
+    const Surface f = surface_at(s, camera_origin(s->info), ray.direction, hit);
+    return make_shading_point(s->info, &f, ray.direction, hit->t, pixel);
 }
 #endif

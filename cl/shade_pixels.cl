@@ -36,12 +36,12 @@ IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, float pixe
 }
 
 // Indirect radiance of a tile's samples, summed.
-IR_FN real3 indirect_tile(const Cache* cache, const TileSample* samples, uint count, const float* pixel_widths) {
+IR_FN real3 indirect_tile(const Cache* cache, const TileSample* samples, uint count, const Hit* hits, float pixel_size) {
     real3 indirect = make_real3(0.0f, 0.0f, 0.0f);
     uint done = 0u;
     for (uint i = 0; i < count; ++i) {
         if (((done >> i) & 1u) || !wants_lookup(&samples[i])) continue;
-        const Patch patch = take_patch(samples, i, count, pixel_widths[i], &done);
+        const Patch patch = take_patch(samples, i, count, pixel_size * hits[i].t, &done);
         real3 e;
         // Where the centroid found nothing a record was made at the first sample's own place.
         if (!cache_lookup(cache, patch.centroid, samples[i].n, &e)) cache_lookup(cache, samples[i].p, samples[i].n, &e);
@@ -51,11 +51,11 @@ IR_FN real3 indirect_tile(const Cache* cache, const TileSample* samples, uint co
 }
 
 // The first sample whose patch finds no record, or `count`.
-IR_FN uint uncovered_sample(const Cache* cache, const TileSample* samples, uint count, const float* pixel_widths) {
+IR_FN uint uncovered_sample(const Cache* cache, const TileSample* samples, uint count, const Hit* hits, float pixel_size) {
     uint done = 0u;
     for (uint i = 0; i < count; ++i) {
         if (((done >> i) & 1u) || !wants_lookup(&samples[i])) continue;
-        const Patch patch = take_patch(samples, i, count, pixel_widths[i], &done);
+        const Patch patch = take_patch(samples, i, count, pixel_size * hits[i].t, &done);
         if (!cache_covers(cache, patch.centroid, samples[i].n) && !cache_covers(cache, samples[i].p, samples[i].n))
             return i;
     }
@@ -65,20 +65,25 @@ IR_FN uint uncovered_sample(const Cache* cache, const TileSample* samples, uint 
 IR_FN void shade_pixel_tile(const SceneData* s, const Cache* cache, uint pixel, uint first, uint count, uint edges,
                             uint seed, PixelSum* sum, RayCount* rays) {
     TileSample samples[IR_TILE];
-    float pixel_widths[IR_TILE];
-    shade_tile(s, pixel, first, count, edges, seed, sum, samples, pixel_widths, rays);
-    if (edges >= 2u) sum->indirect += indirect_tile(cache, samples, count, pixel_widths);
+    Hit hits[IR_TILE];
+    shade_tile(s, pixel, first, count, edges, seed, sum, samples, hits, rays);
+    if (edges >= 2u) sum->indirect += indirect_tile(cache, samples, count, hits, s->info->camera.pixel_size);
 }
 
-IR_FN uint uncovered_in_tile(const SceneData* s, const Cache* cache, uint pixel, uint first, uint count, uint seed) {
+// True if a patch of the tile finds no record; *point then is a place on it.
+IR_FN bool uncovered_in_tile(const SceneData* s, const Cache* cache, uint pixel, uint first, uint count, uint seed,
+                             ShadingPoint* point) {
     TileSample samples[IR_TILE];
-    float pixel_widths[IR_TILE];
+    Hit hits[IR_TILE];
     PixelSum unused;
     pixel_clear(&unused);
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
-    shade_tile(s, pixel, first, count, 0u, seed, &unused, samples, pixel_widths, &rays);
-    return uncovered_sample(cache, samples, count, pixel_widths);
+    shade_tile(s, pixel, first, count, 0u, seed, &unused, samples, hits, &rays);
+    const uint i = uncovered_sample(cache, samples, count, hits, s->info->camera.pixel_size);
+    if (i == count) return false;
+    *point = sample_point(s, pixel, first + i, &hits[i], seed);
+    return true;
 }
 
 IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const uint* pixels, IR_GLOBAL float* film,
@@ -113,9 +118,9 @@ IR_KERNEL void find_uncovered(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const uint
     for (uint i = 0; i < sample_count; i += IR_TILE) {
         const uint count = min((uint)IR_TILE, sample_count - i);
         traced += count;
-        const uint uncovered = uncovered_in_tile(&s, &cache, pixels[slot], first_sample + i, count, seed);
-        if (uncovered < count) {
-            points[slot] = sample_point(&s, pixels[slot], first_sample + i + uncovered, seed);
+        ShadingPoint point;
+        if (uncovered_in_tile(&s, &cache, pixels[slot], first_sample + i, count, seed, &point)) {
+            points[slot] = point;
             break;
         }
     }
