@@ -1,15 +1,11 @@
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "flatten.h"
 #include "irradia/Accel.h"
-#include "irradia/Error.h"
 
 namespace irradia {
 namespace {
-
-constexpr std::size_t kMaxPrimitives = std::size_t{1} << 24;  // IR_LEAF_FIRST has 24 bits
 
 // Boxes grow by a few units in the last place of the scene's extent: the traversal's slab test rounds by that much, and
 // so does the clipping of triangles at spatial splits. A ray that grazes an edge then still visits the box.
@@ -23,10 +19,7 @@ float box_pad(const accel::HostTree& tree) {
 }  // namespace
 
 void build_accel(Scene& scene, int threads) {
-    const std::size_t count = scene.triangles.size() + scene.analytics.size();
-    if (count > kMaxPrimitives)
-        throw Error((scene.source.empty() ? std::string("scene") : scene.source) + ": " + std::to_string(count) +
-                    " primitives; the acceleration structure holds at most " + std::to_string(kMaxPrimitives));
+    accel::check_primitive_count(scene.triangles.size() + scene.analytics.size(), scene.source);
     const accel::HostTree tree = accel::build_host_tree(scene, threads);
     const float pad = box_pad(tree);
     scene.accel = {};

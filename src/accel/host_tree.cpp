@@ -1,5 +1,7 @@
 #include "host_tree.h"
 
+#include "irradia/Error.h"
+
 #if IRRADIA_EMBREE_MAJOR >= 4
 #include <embree4/rtcore.h>
 #else
@@ -27,6 +29,8 @@ float Box::area() const {
 }
 
 namespace {
+
+constexpr std::size_t kMaxPrimitives = std::size_t{1} << 24;  // IR_LEAF_FIRST has 24 bits
 
 using Point = std::array<float, 3>;
 
@@ -249,10 +253,17 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits) {
 }
 
 bool fits(const HostTree& tree) {
-    return !tree.nodes.empty() && tree.depth <= IR_BVH2_MAX_DEPTH && tree.primitives.size() < (std::size_t{1} << 24);
+    return !tree.nodes.empty() && tree.depth <= IR_BVH2_MAX_DEPTH && tree.primitives.size() <= kMaxPrimitives;
 }
 
 }  // namespace
+
+void check_primitive_count(std::size_t count, const std::string& source) {
+    if (count <= kMaxPrimitives) return;
+    throw Error((source.empty() ? std::string("scene") : source) + ": " + std::to_string(count) +
+                " triangles, spheres and disks; the acceleration structure holds at most " +
+                std::to_string(kMaxPrimitives));
+}
 
 Box primitive_box(const Scene& scene, std::uint32_t primitive) {
     Box box;

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "irradia/Scene.h"
@@ -29,6 +30,9 @@ struct HostTree {
 };
 
 constexpr std::uint32_t kMaxLeafTriangles = 4;  ///< of the binary tree; analytic leaves hold one primitive
+
+/// Throws Error if `count` primitives are more than the leaves' 24-bit indices reach; `source` names the scene.
+void check_primitive_count(std::size_t count, const std::string& source);
 
 /// World bounds (after centring) of a primitive: a triangle or an analytic sphere or disk.
 Box primitive_box(const Scene& scene, std::uint32_t primitive);
