@@ -64,8 +64,8 @@ void ProgressPrinter::operator()(const Progress& p) {
         out_ << "\r\033[K" << progress_bar(p, columns_) << std::flush;
         bar_shown_ = true;
     } else {
-        const bool due = p.elapsed - last_ >= kLogPeriod;
-        const bool new_stage = p.stage != stage_ && p.elapsed - last_ >= 1.0;  // short renders stay silent
+        const bool due = p.elapsed - last_ >= std::max(kLogPeriod, 0.05 * p.elapsed);  // long renders, fewer lines
+        const bool new_stage = p.stage != stage_ && p.elapsed - last_ >= 1.0;          // short renders stay silent
         if (!due && !new_stage) return;
         out_ << "render: " << progress_text(p) << std::endl;
     }

@@ -17,7 +17,7 @@ std::string progress_text(const Progress& progress);
 std::string progress_bar(const Progress& progress, int columns);
 
 /// Prints progress at a bearable rate, by Progress::elapsed: ten times a second on a terminal, every five seconds
-/// and at the change of a stage in a log.
+/// (later, of 5 % of the time so far) and at the change of a stage in a log.
 class ProgressPrinter {
 public:
     /// `columns`: width of the terminal, 0 if `out` is none.

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <iomanip>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
@@ -17,6 +18,12 @@ using Json = nlohmann::ordered_json;
 std::string number(double value) {
     std::ostringstream out;
     out << value;
+    return out.str();
+}
+
+std::string mebibytes(std::uint64_t bytes) {
+    std::ostringstream out;
+    out << std::fixed << std::setprecision(1) << static_cast<double>(bytes) / (1 << 20) << " MiB";
     return out.str();
 }
 
@@ -139,7 +146,8 @@ std::string stats_table(const Run& r) {
     };
     out << "device time\n";
     for (const auto& [name, time] : stages)
-        line(name, number(time.seconds) + " s in " + count_text(static_cast<double>(time.launches)) + " launches");
+        line(name, number(time.seconds) + " s in " + count_text(static_cast<double>(time.launches)) +
+                       (time.launches == 1 ? " launch" : " launches"));
     out << "rays\n";
     for (const auto& [kind, count] : s.rays) line(kind, count_text(static_cast<double>(count)));
     if (s.records > 0) {
@@ -150,8 +158,8 @@ std::string stats_table(const Run& r) {
                            std::to_string(s.octree_depth) + ", grown " + std::to_string(s.octree_growths) + " times");
     }
     out << "peak memory\n";
-    line("host", number(static_cast<double>(peak_host_memory() >> 20)) + " MiB");
-    line("device buffers", number(static_cast<double>(r.device_peak_bytes >> 20)) + " MiB");
+    line("host", mebibytes(peak_host_memory()));
+    line("device buffers", mebibytes(r.device_peak_bytes));
     return out.str();
 }
 
