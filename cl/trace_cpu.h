@@ -248,6 +248,7 @@ typedef struct Packet {
     float16 dx, dy, dz;     // directions
     float16 rx, ry, rz;     // their reciprocals
     float t_min;
+    float rounding;         // 2^-20 of the largest |d|_1
     float t[16], u[16], v[16];  // closest hits so far; t of an unused lane is negative
     uint primitive[16];
     float x[16], y[16], z[16];  // the directions once more
@@ -258,7 +259,10 @@ typedef struct Packet {
 } Packet;
 
 // Embree's Pluecker test with all that the rays share taken out: edge functions are dot products of the direction with
-// the normals of the planes through the origin and an edge, exact negatives of each other in neighbouring triangles.
+// the normals of the planes through the origin and an edge. They are exact negatives of each other in neighbouring
+// triangles, but at a vertex rounding may put a ray outside of all of its edges. So an edge function may fall short of
+// zero by its rounding error, at most 7 roundings of 2^-24 of |d|_1 |e|_1 |s|_inf (edge e, sum of its ends s): at a
+// distance of 1 the triangle reaches out by a millionth.
 IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet* p) {
     const float8 ax = vload8(0, block->v0x) - p->origin.x;
     const float8 ay = vload8(0, block->v0y) - p->origin.y;
@@ -269,7 +273,7 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
     const float8 cx = vload8(0, block->v2x) - p->origin.x;
     const float8 cy = vload8(0, block->v2y) - p->origin.y;
     const float8 cz = vload8(0, block->v2z) - p->origin.z;
-    float planes[13][8];
+    float planes[14][8];
     float8 ex = cx - ax, ey = cy - ay, ez = cz - az;  // edge v0 v2: weight of v1
     float8 sx = cx + ax, sy = cy + ay, sz = cz + az;
     vstore8(fma(ey, sz, -(ez * sy)), 0, planes[0]);
@@ -285,6 +289,9 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
     vstore8(ny, 0, planes[10]);
     vstore8(nz, 0, planes[11]);
     vstore8(fma(nx, ax, fma(ny, ay, nz * az)), 0, planes[12]);
+    const float8 edges = fabs(ex) + fabs(ey) + fabs(ez) + fabs(fx) + fabs(fy) + fabs(fz);  // |e|_1 of any edge at most
+    const float8 reach = max(max(fabs(ax), fabs(ay)), fabs(az)) + edges;                   // |s|_inf / 2 at most
+    vstore8(edges * reach * p->rounding, 0, planes[13]);
     ex = bx - cx, ey = by - cy, ez = bz - cz;  // edge v2 v1: weight of v0
     sx = bx + cx, sy = by + cy, sz = bz + cz;
     vstore8(fma(ey, sz, -(ez * sy)), 0, planes[6]);
@@ -295,7 +302,8 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
         const float16 u = fma(p->dx, planes[0][i], fma(p->dy, planes[1][i], p->dz * planes[2][i]));
         const float16 v = fma(p->dx, planes[3][i], fma(p->dy, planes[4][i], p->dz * planes[5][i]));
         const float16 w = fma(p->dx, planes[6][i], fma(p->dy, planes[7][i], p->dz * planes[8][i]));
-        const int16 inside = (min(min(u, v), w) >= 0.0f) | (max(max(u, v), w) <= 0.0f);
+        const float slack = planes[13][i];
+        const int16 inside = (min(min(u, v), w) >= -slack) | (max(max(u, v), w) <= slack);
         const Lanes16 lanes = lanes16(inside);
         if ((lanes.lo | lanes.hi) == 0) continue;
         const float16 t = planes[12][i] / fma(p->dx, planes[9][i], fma(p->dy, planes[10][i], p->dz * planes[11][i]));
@@ -426,6 +434,7 @@ IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const f
     vstore16((float16)(0.0f), 0, p.v);
     vstore16((uint16)(IR_NO_PRIMITIVE), 0, p.primitive);
     p.t_far = IR_INFINITY;
+    p.rounding = 0x1p-20f * largest16(fabs(p.dx) + fabs(p.dy) + fabs(p.dz));
     p.bound_x = make_slab_bound(p.dx);
     p.bound_y = make_slab_bound(p.dy);
     p.bound_z = make_slab_bound(p.dz);

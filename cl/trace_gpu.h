@@ -8,47 +8,69 @@ IR_FN float safe_reciprocal(float d) {
     return fabs(d) > 1e-18f ? 1.0f / d : (d < 0.0f ? -1e18f : 1e18f);
 }
 
-// Twice the signed volume of direction and edge (a, b), a and b relative to the origin. As -(b - a) x (a + b) it is the
-// exact negative for the edge (b, a), also rounded (fma is explicit: a compiler's choice of contraction could differ
-// between two calls), so of two neighbouring triangles at least one is hit by a ray at their common edge.
-IR_FN float edge_volume(real3 a, real3 b, real3 d) {
-    const real3 e = a - b, s = a + b;
-    const float x = fma(e.y, s.z, -(e.z * s.y));
-    const float y = fma(e.z, s.x, -(e.x * s.z));
-    const float z = fma(e.x, s.y, -(e.y * s.x));
-    return fma(x, d.x, fma(y, d.y, z * d.z));
+// What the tests need of a ray, made once.
+typedef struct SingleRay {
+    real3 origin, direction;
+    real3 reciprocal;
+    real3 p, q, w;  // coordinates across the ray (perpendicular to it) and along it, in units of t
+    float t_min;
+} SingleRay;
+
+IR_FN SingleRay make_single_ray(real3 origin, real3 direction, float t_min) {
+    SingleRay r;
+    r.origin = origin;
+    r.direction = direction;
+    r.reciprocal =
+        make_real3(safe_reciprocal(direction.x), safe_reciprocal(direction.y), safe_reciprocal(direction.z));
+    r.p = fabs(direction.x) > fabs(direction.z) ? make_real3(-direction.y, direction.x, 0.0f)
+                                                : make_real3(0.0f, -direction.z, direction.y);
+    r.q = cross(direction, r.p);
+    r.w = direction * (1.0f / dot(direction, direction));
+    r.t_min = t_min;
+    return r;
 }
 
-// Updates *hit if the triangle is hit in (t_min, hit->t).
-IR_FN bool intersect_triangle(IR_GLOBAL const TrianglePacked* triangle, real3 origin, real3 direction, float t_min, Hit* hit) {
-    const real3 a = make_real3(triangle->v0x, triangle->v0y, triangle->v0z) - origin;
-    const real3 b = make_real3(triangle->v1x, triangle->v1y, triangle->v1z) - origin;
-    const real3 c = make_real3(triangle->v2x, triangle->v2y, triangle->v2z) - origin;
-    const float u = edge_volume(c, a, direction);
-    const float v = edge_volume(a, b, direction);
-    const float w = edge_volume(b, c, direction);
-    const bool inside = (u >= 0.0f && v >= 0.0f && w >= 0.0f) || (u <= 0.0f && v <= 0.0f && w <= 0.0f);
-    if (!inside) return false;
-    const real3 n = cross(b - a, c - a);
-    const float t = dot(n, a) / dot(n, direction);  // parallel or degenerate: infinite or NaN, no hit
-    if (!(t > t_min && t < hit->t)) return false;
-    const float sum = u + v + w;
+// a x b of points across the ray. It is the exact negative of b x a, also rounded (all fma are explicit: a compiler's
+// own contractions could differ between calls).
+IR_FN float edge_function(float ax, float ay, float bx, float by) {
+    const float m = ax * by, n = ay * bx;
+    return fma(ax, by, -n) - fma(ay, bx, -m);
+}
+IR_FN float dot_fma(real3 a, real3 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+
+// Updates *hit if the triangle is hit in (t_min, hit->t). Projects the triangle across the ray, as Woop, Benthin, Wald,
+// "Watertight ray/triangle intersection", JCGT 2013, do by permutation and shear: every triangle at a vertex sees the
+// same rounded projection of it and the same edges, so no ray passes between triangles.
+IR_FN bool intersect_triangle(IR_GLOBAL const TrianglePacked* triangle, const SingleRay* r, Hit* hit) {
+    const real3 a = make_real3(triangle->v0x, triangle->v0y, triangle->v0z) - r->origin;
+    const real3 b = make_real3(triangle->v1x, triangle->v1y, triangle->v1z) - r->origin;
+    const real3 c = make_real3(triangle->v2x, triangle->v2y, triangle->v2z) - r->origin;
+    const float ax = dot_fma(r->p, a), ay = dot_fma(r->q, a);
+    const float bx = dot_fma(r->p, b), by = dot_fma(r->q, b);
+    const float cx = dot_fma(r->p, c), cy = dot_fma(r->q, c);
+    const float u = edge_function(cx, cy, ax, ay);  // weight of v1, times the determinant
+    const float v = edge_function(ax, ay, bx, by);
+    const float w = edge_function(bx, by, cx, cy);
+    if (min(min(u, v), w) < 0.0f && max(max(u, v), w) > 0.0f) return false;
+    const float scale = 1.0f / (u + v + w);  // degenerate: infinite, t is NaN, no hit
+    const float t = (w * dot_fma(r->w, a) + u * dot_fma(r->w, b) + v * dot_fma(r->w, c)) * scale;
+    if (!(t > r->t_min && t < hit->t)) return false;
     hit->t = t;
-    hit->u = u / sum;
-    hit->v = v / sum;
+    hit->u = u * scale;
+    hit->v = v * scale;
     hit->primitive = triangle->primitive;
     return true;
 }
 
 // Tests all primitives of a leaf; true if one was hit in (t_min, hit->t), which it then updates.
-IR_FN bool intersect_leaf(const SceneData* s, uint leaf, real3 origin, real3 direction, float t_min, Hit* hit) {
+IR_FN bool intersect_leaf(const SceneData* s, uint leaf, const SingleRay* r, Hit* hit) {
     if (leaf == IR_EMPTY) return false;
     const uint first = IR_LEAF_FIRST(leaf), count = IR_LEAF_COUNT(leaf);
     bool found = false;
 #if IR_FEATURES & IR_FEATURE_ANALYTIC
     if (leaf & IR_LEAF_ANALYTIC) {
         for (uint i = first; i < first + count; ++i) {
-            const float t = intersect_analytic(s->analytics + i, origin, direction, t_min, hit->t);
+            const float t = intersect_analytic(s->analytics + i, r->origin, r->direction, r->t_min, hit->t);
             if (t < hit->t) {
                 hit->t = t;
                 hit->primitive = s->info->triangle_count + i;
@@ -59,7 +81,7 @@ IR_FN bool intersect_leaf(const SceneData* s, uint leaf, real3 origin, real3 dir
     }
 #endif
     for (uint i = first; i < first + count; ++i)
-        if (intersect_triangle(s->leaves + i, origin, direction, t_min, hit)) found = true;
+        if (intersect_triangle(s->leaves + i, r, hit)) found = true;
     return found;
 }
 
@@ -69,7 +91,8 @@ IR_FN Hit trace_bvh2(const SceneData* s, real3 origin, real3 direction, float t_
     hit.u = 0.0f;
     hit.v = 0.0f;
     hit.primitive = IR_NO_PRIMITIVE;
-    const real3 r = make_real3(safe_reciprocal(direction.x), safe_reciprocal(direction.y), safe_reciprocal(direction.z));
+    const SingleRay ray = make_single_ray(origin, direction, t_min);
+    const real3 r = ray.reciprocal;
     uint stack[IR_BVH2_MAX_DEPTH + 1];
     int top = 0;
     uint node = 0;
@@ -97,7 +120,7 @@ IR_FN Hit trace_bvh2(const SceneData* s, real3 origin, real3 direction, float t_
         if (second != IR_EMPTY) stack[top++] = second;
         // Leaves are met here; inner nodes go round the loop.
         while (first & IR_LEAF) {
-            if (first != IR_EMPTY && intersect_leaf(s, first, origin, direction, t_min, &hit) && any) return hit;
+            if (first != IR_EMPTY && intersect_leaf(s, first, &ray, &hit) && any) return hit;
             if (top == 0) return hit;
             first = stack[--top];
         }
