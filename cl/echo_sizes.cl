@@ -1,6 +1,7 @@
 // Writes the size of every struct that host and device share, and the offsets of some of its members: a test holds
 // them against the host's, so that no compiler's layout can drift apart unnoticed.
 #include "portable.h"
+#include "irradia/shared/record_types.h"
 #include "irradia/shared/scene_types.h"
 
 // The offset of a member, by the address it has in global memory (OpenCL C 1.2 has no offsetof).
@@ -53,4 +54,29 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = (uint)sizeof(TrianglePacked);
     sizes[n++] = IR_OFFSET(TrianglePacked, primitive);
     sizes[n++] = IR_OFFSET(TrianglePacked, pad1);
+    sizes[n++] = (uint)sizeof(ShadingPoint);
+    sizes[n++] = IR_OFFSET(ShadingPoint, state);
+    sizes[n++] = IR_OFFSET(ShadingPoint, footprint);
+    sizes[n++] = IR_OFFSET(ShadingPoint, offset);
+    sizes[n++] = IR_OFFSET(ShadingPoint, pixel);
+    sizes[n++] = (uint)sizeof(RecordKey);
+    sizes[n++] = IR_OFFSET(RecordKey, support1);
+    sizes[n++] = IR_OFFSET(RecordKey, support2);
+    sizes[n++] = IR_OFFSET(RecordKey, harmonic);
+    sizes[n++] = (uint)sizeof(RecordValue);
+    sizes[n++] = IR_OFFSET(RecordValue, rotation);
+    sizes[n++] = IR_OFFSET(RecordValue, translation);
+    sizes[n++] = IR_OFFSET(RecordValue, minimum);
+    sizes[n++] = IR_OFFSET(RecordValue, samples);
+    sizes[n++] = (uint)sizeof(OctreeState);
+    sizes[n++] = IR_OFFSET(OctreeState, overflow);
+    sizes[n++] = IR_OFFSET(OctreeState, depth);
+    sizes[n++] = (uint)sizeof(CacheParameters);
+    sizes[n++] = IR_OFFSET(CacheParameters, size);
+    sizes[n++] = IR_OFFSET(CacheParameters, coordinate);
+    sizes[n++] = IR_OFFSET(CacheParameters, stretch);
+    sizes[n++] = (uint)sizeof(RecordParameters);
+    sizes[n++] = IR_OFFSET(RecordParameters, accuracy);
+    sizes[n++] = IR_OFFSET(RecordParameters, clamp_slope);
+    sizes[n++] = IR_OFFSET(RecordParameters, tau);
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "irradia/Device.h"
+#include "irradia/shared/record_types.h"
 #include "irradia/shared/scene_types.h"
 
 namespace {
@@ -68,6 +69,31 @@ const std::vector<Expected> kExpected = {
     SIZE(TrianglePacked),
     OFFSET(TrianglePacked, primitive),
     OFFSET(TrianglePacked, pad1),
+    SIZE(ShadingPoint),
+    OFFSET(ShadingPoint, state),
+    OFFSET(ShadingPoint, footprint),
+    OFFSET(ShadingPoint, offset),
+    OFFSET(ShadingPoint, pixel),
+    SIZE(RecordKey),
+    OFFSET(RecordKey, support1),
+    OFFSET(RecordKey, support2),
+    OFFSET(RecordKey, harmonic),
+    SIZE(RecordValue),
+    OFFSET(RecordValue, rotation),
+    OFFSET(RecordValue, translation),
+    OFFSET(RecordValue, minimum),
+    OFFSET(RecordValue, samples),
+    SIZE(OctreeState),
+    OFFSET(OctreeState, overflow),
+    OFFSET(OctreeState, depth),
+    SIZE(CacheParameters),
+    OFFSET(CacheParameters, size),
+    OFFSET(CacheParameters, coordinate),
+    OFFSET(CacheParameters, stretch),
+    SIZE(RecordParameters),
+    OFFSET(RecordParameters, accuracy),
+    OFFSET(RecordParameters, clamp_slope),
+    OFFSET(RecordParameters, tau),
 };
 
 TEST(EchoSizes, DeviceAndHostAgree) {
