@@ -52,8 +52,8 @@ IR_FORMULA(formula_shapes, 2, 9) {
     write3(out + 6, sample_sphere(in[0], in[1]));
 }
 
-// y, x -> angle
-IR_FORMULA(formula_arctangent, 2, 1) { out[0] = arctangent(in[0], in[1]); }
+// D, x -> atan2(sqrt D, x)/sqrt D
+IR_FORMULA(formula_angle, 2, 1) { out[0] = angle_over_sine(in[0], in[1]); }
 
 // ra, rb, n -> g, symmetrised H (xx, xy, xz, yy, yz, zz)
 IR_FORMULA(formula_edge_flux, 9, 9) {

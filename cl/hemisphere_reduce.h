@@ -57,8 +57,9 @@ IR_FN void cell_moments(HemisphereSums* sums, uint k, uint n, real weight_j, Hem
 // Adds one edge with step dL between corners w0, w1, B on the side of w0 x w1.
 IR_FN void add_edge(HemisphereSums* sums, real3 w0, real3 w1, CellEdge edge, real3 dL) {
     if (!(edge.centre > R(0.0))) return;  // two misses
-    const EdgeFlux f =
-        edge_flux(w0 * (R(1.0) / edge.inverse0), w1 * (R(1.0) / edge.inverse1), make_real3(R(0.0), R(0.0), R(1.0)));
+    const real inverse_scale = max(edge.inverse0, edge.inverse1);
+    const EdgeFlux f = edge_flux_scaled(w0 * (inverse_scale / edge.inverse0), w1 * (inverse_scale / edge.inverse1),
+                                        make_real3(R(0.0), R(0.0), R(1.0)), inverse_scale);
     const real dY = luminance(dL);
     sums->gx += dL * f.g.x;
     sums->gy += dL * f.g.y;
