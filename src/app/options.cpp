@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <sstream>
 
@@ -97,6 +99,31 @@ private:
     std::string name_;
 };
 
+// CLI11's own checks let "nan" pass.
+std::string above_zero(const std::string& given) {
+    char* end = nullptr;
+    const float value = std::strtof(given.c_str(), &end);
+    return end != given.c_str() && *end == '\0' && std::isfinite(value) && value > 0
+               ? std::string()
+               : "'" + given + "' is not a number above 0";
+}
+
+std::string not_below_zero(const std::string& given) {
+    char* end = nullptr;
+    const float value = std::strtof(given.c_str(), &end);
+    return end != given.c_str() && *end == '\0' && std::isfinite(value) && value >= 0
+               ? std::string()
+               : "'" + given + "' is not 0 or a number above it";
+}
+
+std::string stops(const std::string& given) {
+    char* end = nullptr;
+    const double value = std::strtod(given.c_str(), &end);
+    return end != given.c_str() && *end == '\0' && std::abs(value) <= 60
+               ? std::string()
+               : "'" + given + "' is not a number from -60 to 60";
+}
+
 // "16x64" -> 16, 64.
 std::string read_hemisphere(const std::string& given, int& m, int& n) {
     const char* const end = given.data() + given.size();
@@ -120,7 +147,9 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                "Picture to write; may be repeated. Kind by extension: " + output_kinds() +
                    ". An older file is replaced "
                    "only once the new one is complete");
-    files.value("--exposure", o.exposure, "STOPS", "PNG only: brightness, times 2^STOPS")->capture_default_str();
+    files.value("--exposure", o.exposure, "STOPS", "PNG only: brightness, times 2^STOPS")
+        ->check(stops)
+        ->capture_default_str();
     files
         .value("--aov", o.settings.aovs, "LIST",
                "Layers to add to an EXR, separated by commas, or `all`: " + join(aov_names(), ", "))
@@ -175,7 +204,7 @@ void declare_rendering(CLI::App& app, Options& o) {
     cache
         .value("--accuracy", s.accuracy, "A",
                "Error allowed in interpolation, `a` of (1.8); records, and time, grow as 1/A^2")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero)
         ->default_str(text(s.accuracy));
     // --hemisphere also sets what --method gather computes at each sample.
     app.add_option_function<std::string>(
@@ -189,10 +218,10 @@ void declare_rendering(CLI::App& app, Options& o) {
         ->default_str(std::to_string(s.hemisphere_m) + "x" + std::to_string(s.hemisphere_n))
         ->group("Irradiance caching");
     cache.value("--min-spacing", s.min_spacing, "PIXELS", "Least radius of a record on the screen")
-        ->check(CLI::NonNegativeNumber)
+        ->check(not_below_zero)
         ->default_str(text(s.min_spacing));
     cache.value("--max-spacing", s.max_spacing, "PIXELS", "Largest radius of a record on the screen")
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero)
         ->default_str(text(s.max_spacing));
     cache.choice("--gradients", s.gradients, gradient_names(),
                  "How irradiance is carried from a record to a point: none, Ward and Heckbert's translational "
