@@ -154,6 +154,13 @@ IR_FN void trace_bvh8(const SceneData* s, const SingleRay* r, uint reference, Hi
                 lanes &= lanes - 1;
                 reference = node->child[i];
                 if (lanes == 0) continue;  // the most frequent case
+                if (any) {
+                    do {
+                        stack[top++] = node->child[first_lane(lanes)];
+                        lanes &= lanes - 1;
+                    } while (lanes);
+                    continue;
+                }
                 float d[8];
                 vstore8(enter, 0, d);
                 float nearest = d[i];
@@ -174,7 +181,7 @@ IR_FN void trace_bvh8(const SceneData* s, const SingleRay* r, uint reference, Hi
         do {
             if (top == 0) return;
             reference = stack[--top];
-        } while (distance[top] >= hit->t);
+        } while (!any && distance[top] >= hit->t);
     }
 }
 
