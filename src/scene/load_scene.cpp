@@ -141,8 +141,12 @@ private:
             bool flat = !normals;
             if (normals) {
                 flat = true;
-                for (const auto v : t) flat = flat && glm::length(mesh.normals[v] - n) <= 1e-5;
-                // A vertex that no face could give a normal (all of its faces were degenerate) has no triangle either.
+                bool cancelled = false;  // coincident faces back to back: their vertex normals add up to nothing
+                for (const auto v : t) {
+                    flat = flat && glm::length(mesh.normals[v] - n) <= 1e-5;
+                    cancelled = cancelled || glm::length(mesh.normals[v]) < 0.5;
+                }
+                flat = flat || cancelled;
             }
             triangle.flags = (flat ? IR_TRIANGLE_FLAT : 0u) | (uvs ? IR_TRIANGLE_HAS_UV : 0u);
             triangle.v0 = base + t[0];

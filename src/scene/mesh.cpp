@@ -54,7 +54,7 @@ void fill_normals(Mesh& mesh) {
     for (std::size_t i = 0; i < wanted.size(); ++i) {
         if (!wanted[i]) continue;
         const double length = glm::length(sums[i]);
-        if (length > 0.0) mesh.normals[i] = sums[i] / length;
+        if (length > 1e-9) mesh.normals[i] = sums[i] / length;  // sums of unit normals: below this they cancel
     }
 }
 

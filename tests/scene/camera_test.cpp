@@ -28,6 +28,8 @@ struct Case {
     Vec corner, inner;
 };
 
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
 class CameraAxis : public SceneTest, public ::testing::WithParamInterface<Case> {};
 
 TEST_P(CameraAxis, MatchesMitsuba) {

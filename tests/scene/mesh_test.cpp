@@ -195,6 +195,17 @@ TEST_F(Mesh, PolygonsAreFansAndNegativeIndicesCount) {
     EXPECT_NEAR(area, 5.0, 1e-6);  // shoelace formula
 }
 
+TEST_F(Mesh, BackToBackFacesAreFlat) {
+    // Two coincident triangles that share their vertices and face opposite ways: the vertex normals cancel.
+    write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n");
+    const Scene s = mesh("obj", "a.obj");
+    ASSERT_EQ(s.triangles.size(), 4u);
+    EXPECT_EQ(s.triangles[2].flags, IR_TRIANGLE_FLAT);
+    EXPECT_EQ(s.triangles[3].flags, IR_TRIANGLE_FLAT);
+    expect_near(normal(s.triangles[2]), {0, 0, 1}, 0.0);
+    expect_near(normal(s.triangles[3]), {0, 0, -1}, 0.0);
+}
+
 TEST_F(Mesh, DegenerateTrianglesAreDroppedAndCounted) {
     write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 1 3\n");
     const Scene s = mesh("obj", "a.obj");
