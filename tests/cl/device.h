@@ -1,6 +1,6 @@
 // Runs the kernels of cl/formulas_test.cl in float32 on the default device.
 #pragma once
-#include <initializer_list>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,10 +9,25 @@
 
 namespace irradia::test {
 
-inline Device& device() {
-    static Device d{DeviceOptions{}};
-    return d;
-}
+/// Holds the default device for all tests of an executable, and lets go of it before main() ends: drivers clean up
+/// after themselves at exit, in an order of their own.
+class DeviceEnvironment : public ::testing::Environment {
+public:
+    void TearDown() override { device_.reset(); }
+    Device& get() {
+        if (!device_) device_ = std::make_unique<Device>(DeviceOptions{});
+        return *device_;
+    }
+
+private:
+    std::unique_ptr<Device> device_;
+};
+inline DeviceEnvironment* const device_environment = [] {
+    auto* e = new DeviceEnvironment;
+    ::testing::AddGlobalTestEnvironment(e);  // which owns it from now on
+    return e;
+}();
+inline Device& device() { return device_environment->get(); }
 
 /// Inputs rounded to float32 once, so that device (float32) and host (double) compute from the same numbers.
 class Inputs {
