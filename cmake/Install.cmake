@@ -1,0 +1,23 @@
+# cmake --install: the executables, the library with its headers, and a package file, so that
+# find_package(Irradia) and target_link_libraries(... Irradia::irradia_render) work elsewhere.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+install(TARGETS render RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+if(NOT IRRADIA_MINIMAL)
+  install(TARGETS compare RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+  set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Irradia")
+  install(TARGETS irradia_options irradia_device irradia_core irradia_cache irradia_render irradia_scene irradia_accel
+                  irradia_image
+          EXPORT IrradiaTargets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+  install(DIRECTORY include/irradia DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+  install(EXPORT IrradiaTargets NAMESPACE Irradia:: DESTINATION "${package_dir}")
+  get_directory_property(embree_VERSION_MAJOR DIRECTORY src/accel DEFINITION embree_VERSION_MAJOR)
+  configure_package_config_file(cmake/IrradiaConfig.cmake.in "${CMAKE_CURRENT_BINARY_DIR}/IrradiaConfig.cmake"
+                                INSTALL_DESTINATION "${package_dir}")
+  write_basic_package_version_file("${CMAKE_CURRENT_BINARY_DIR}/IrradiaConfigVersion.cmake"
+                                   COMPATIBILITY SameMinorVersion)
+  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/IrradiaConfig.cmake"
+                "${CMAKE_CURRENT_BINARY_DIR}/IrradiaConfigVersion.cmake" cmake/FindOpenImageIO.cmake
+          DESTINATION "${package_dir}")
+endif()
