@@ -113,7 +113,9 @@ IR_FN void make_record(const ShadingPoint* q, const HemisphereSums* sums, Record
     support2 = min(support2, limit);
     support1 = min(support1, support2);
 #endif
-    const EllipseRadii support = clamp_ellipse(support1, support2, lo, hi, parameters.aspect);
+    EllipseRadii support = clamp_ellipse(support1, support2, lo, hi, parameters.aspect);
+    support.r1 *= parameters.overlap;
+    support.r2 *= parameters.overlap;
 
     key->px = q->px;
     key->py = q->py;

@@ -251,18 +251,19 @@ IR_FN float8 bound_enter(SlabBound s, float8 lo, float8 hi) { return max(lo * s.
 IR_FN float8 bound_leave(SlabBound s, float8 lo, float8 hi) { return fma(hi, s.c, fma(lo, s.d, s.e)); }
 
 typedef struct Packet {
-    real3 origin;
-    float16 dx, dy, dz;     // directions
-    float16 rx, ry, rz;     // their reciprocals
-    float t_min;
-    float rounding;         // 2^-20 of the largest |d|_1
+    // Vectors and arrays of 16 first: each is one aligned cache line.
+    float16 dx, dy, dz;         // directions
+    float16 rx, ry, rz;         // their reciprocals
+    float x[16], y[16], z[16];  // the directions once more
     float t[16], u[16], v[16];  // closest hits so far; t of an unused lane is negative
     uint primitive[16];
-    float x[16], y[16], z[16];  // the directions once more
+    real3 origin;
+    float t_min;
+    float t_far;                // the largest t of all lanes
+    float rounding;             // 2^-20 of the largest |d|_1
+    SlabBound bound_x, bound_y, bound_z;
     uint made;                  // bit i: single[i] is made
     SingleRay single[16];
-    float t_far;            // the largest t of all lanes
-    SlabBound bound_x, bound_y, bound_z;
 } Packet;
 
 // Embree's Pluecker test with all that the rays share taken out: edge functions are dot products of the direction with
@@ -280,7 +281,7 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
     const float8 cx = vload8(0, block->v2x) - p->origin.x;
     const float8 cy = vload8(0, block->v2y) - p->origin.y;
     const float8 cz = vload8(0, block->v2z) - p->origin.z;
-    float planes[14][8];
+    float planes[14][8] __attribute__((aligned(32)));
     float8 ex = cx - ax, ey = cy - ay, ez = cz - az;  // edge v0 v2: weight of v1
     float8 sx = cx + ax, sy = cy + ay, sz = cz + az;
     vstore8(fma(ey, sz, -(ez * sy)), 0, planes[0]);
@@ -374,7 +375,10 @@ IR_FN void packet_bvh8(const SceneData* s, Packet* p) {
             const float8 last =
                 min(min(bound_leave(p->bound_x, lx, hx), bound_leave(p->bound_y, ly, hy)), min(bound_leave(p->bound_z, lz, hz), p->t_far));
             ulong boxes = lanes8(first <= last);
-            float x0[8], x1[8], y0[8], y1[8], z0[8], z1[8], g[8];
+            float x0[8] __attribute__((aligned(32))), x1[8] __attribute__((aligned(32)));
+            float y0[8] __attribute__((aligned(32))), y1[8] __attribute__((aligned(32)));
+            float z0[8] __attribute__((aligned(32))), z1[8] __attribute__((aligned(32)));
+            float g[8] __attribute__((aligned(32)));
             vstore8(lx, 0, x0);
             vstore8(hx, 0, x1);
             vstore8(ly, 0, y0);

@@ -21,7 +21,7 @@ constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23; // cl/sample_hemisph
 
 float neighbour_clamp_slope(const RenderSettings& settings) {
     if (!settings.neighbour_clamp) return 0;
-    return settings.radius == RadiusRule::hessian ? 1.0f : settings.accuracy;
+    return settings.overlap * (settings.radius == RadiusRule::hessian ? 1.0f : settings.accuracy);
 }
 
 HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) {
@@ -50,6 +50,7 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
     parameters_.aspect = largest_aspect;
     parameters_.r_min = 1e-6f * diagonal;
     parameters_.r_max = 10.0f * diagonal;
+    parameters_.overlap = settings.overlap;
     parameters_.clamp_slope = neighbour_clamp_slope(settings);
     parameters_.diagonal = diagonal;
     std::vector<float> weights;

@@ -27,12 +27,14 @@ CacheSettings cache_settings(const Run& run) {
     CacheSettings c;
     c.lower = {info.min_x, info.min_y, info.min_z};
     c.upper = {info.max_x, info.max_y, info.max_z};
+    // Angles as distances: the picture's weights reach `overlap` times farther than those records are placed by.
     // (1.8): e_n counts in units of a. (1.11): in units of 1/kappa = 2a, times sqrt(1 - cos 10°) = .123257.
-    c.inverse_angle = s.weight == WeightRule::tabellion ? 1.0f / (2.0f * s.accuracy * 0.123257f) : 1.0f / s.accuracy;
+    c.inverse_angle = (s.weight == WeightRule::tabellion ? 1.0f / (2.0f * s.accuracy * 0.123257f) : 1.0f / s.accuracy) / s.overlap;
     c.in_front_slope = s.in_front ? 0.05f : 0.0f;
     c.tabellion = s.weight == WeightRule::tabellion;
     c.clamp_slope = neighbour_clamp_slope(s);
-    c.min_spacing = s.min_spacing;
+    c.min_spacing = s.min_spacing * s.overlap;
+    c.placement_stretch = s.overlap;
     return c;
 }
 

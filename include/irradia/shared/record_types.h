@@ -76,7 +76,8 @@ typedef struct RecordParameters {
     float clamp_slope;      // neighbour clamp: support_i <= support_j + clamp_slope |p_i - p_j|; 0 = off
     float diagonal;         // of the scene, world units
     float tau;              // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
-    float pad0, pad1, pad2;
+    float overlap;          // supports are enlarged by this in the end: see RenderSettings::overlap
+    float pad0, pad1;
 } RecordParameters;         // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
