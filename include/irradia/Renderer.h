@@ -37,7 +37,7 @@ struct RenderSettings {
     bool gradient_limit = true;      ///< R <= E / |grad_t E|, theory 4.4
     bool in_front = true;            ///< (1.10), theory 4.3
     bool share_lookups = true;       ///< one look-up for the samples of a pixel that lie on one smooth patch
-    float overlap = 1.5f;            ///< supports reach this much farther than the spacing at which records are placed:
+    float overlap = 2.0f;            ///< supports reach this much farther than the spacing at which records are placed:
                                      ///< more records are averaged, at no more records
     float min_spacing = 1.5f;        ///< least support of a record, pixels
     float max_spacing = 30.0f;       ///< largest support of a record, pixels

@@ -1,0 +1,61 @@
+#include "render/iteration_order.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <utility>
+
+namespace irradia {
+namespace {
+
+using Pixel = std::pair<unsigned, unsigned>;
+Pixel at(unsigned it) {
+    const BlockPixel p = block_pixel(it);
+    return {p.x, p.y};
+}
+
+// Entries of the thesis's table 3.1 as the algorithm's description quotes them.
+TEST(IterationOrder, AgreesWithTheTablesQuotedEntries) {
+    EXPECT_EQ(at(0), Pixel(8, 8));
+    EXPECT_EQ(at(1), Pixel(0, 0));
+    EXPECT_EQ(at(2), Pixel(8, 0));
+    EXPECT_EQ(at(3), Pixel(0, 8));
+    EXPECT_EQ(at(4), Pixel(12, 12));
+    EXPECT_EQ(at(16), Pixel(6, 6));
+    EXPECT_EQ(at(42), Pixel(8, 2));
+    EXPECT_EQ(at(63), Pixel(2, 8));
+}
+
+// All 64 entries of the table: its level l takes steps (-8, +4, -2) along the digits' offsets. Computed here digit by
+// digit from the text, without the loop under test.
+TEST(IterationOrder, AgreesWithAll64EntriesOfTheTable) {
+    for (unsigned it = 0; it < 64; ++it) {
+        const unsigned a = it % 4, b = it / 4 % 4, c = it / 16;
+        const auto dx = [](unsigned d) { return d == 1 || d == 3 ? 1 : 0; };
+        const auto dy = [](unsigned d) { return d == 1 || d == 2 ? 1 : 0; };
+        const int x = 8 - 8 * dx(a) + 4 * dx(b) - 2 * dx(c), y = 8 - 8 * dy(a) + 4 * dy(b) - 2 * dy(c);
+        EXPECT_EQ(at(it), Pixel((x + 16) % 16, (y + 16) % 16)) << "iteration " << it;
+    }
+}
+
+TEST(IterationOrder, VisitsEveryPixelOnce) {
+    std::set<Pixel> seen;
+    for (unsigned it = 0; it < iteration_count; ++it) seen.insert(at(it));
+    EXPECT_EQ(seen.size(), 256u);
+}
+
+// Coarse to fine: the first 4, 16 and 64 pixels fill the lattices of spacing 8, 4 and 2.
+TEST(IterationOrder, GoesFromCoarseToFine) {
+    for (const auto& [count, spacing] : {std::pair{4u, 8u}, std::pair{16u, 4u}, std::pair{64u, 2u}}) {
+        std::set<Pixel> seen;
+        for (unsigned it = 0; it < count; ++it) {
+            EXPECT_EQ(at(it).first % spacing, 0u);
+            EXPECT_EQ(at(it).second % spacing, 0u);
+            seen.insert(at(it));
+        }
+        EXPECT_EQ(seen.size(), count);
+    }
+}
+
+}  // namespace
+}  // namespace irradia

@@ -1,0 +1,134 @@
+// Every switch of the algorithm renders; bad settings are refused; odd picture sizes; depth limits.
+#include "irradia/Error.h"
+#include "irradia/Metrics.h"
+#include "render_fixture.h"
+
+namespace irradia::test {
+namespace {
+
+RenderSettings quick() {
+    RenderSettings settings;
+    settings.spp = 16;
+    settings.hemisphere_m = 8;
+    settings.hemisphere_n = 24;
+    return settings;
+}
+
+// All combinations of the rules give a finite picture that is near the path tracer's in the mean. 8x24 samples a record
+// and 48² pixels leave some noise; a wrong sign or factor in any rule shows as tens of percent.
+TEST(Switches, EveryCombinationAgreesWithPathTracing) {
+    const Scene scene = load(project_scene("cornell-box.xml"), {}, 48, 48);
+    Device device({});
+    RenderSettings path = quick();
+    path.method = Method::path;
+    path.spp = 256;
+    const Image reference = render(scene, device, path).image;
+    for (const GradientRule g : {GradientRule::none, GradientRule::ward, GradientRule::crease})
+        for (const RadiusRule r : {RadiusRule::harmonic, RadiusRule::minimum, RadiusRule::hessian}) {
+            RenderSettings s = quick();
+            s.gradients = g;
+            s.radius = r;
+            s.weight = r == RadiusRule::minimum ? WeightRule::tabellion : WeightRule::ward;
+            s.neighbour_clamp = g != GradientRule::none;
+            s.gradient_limit = g != GradientRule::ward;
+            s.in_front = g != GradientRule::crease;
+            s.share_lookups = r != RadiusRule::harmonic;
+            const RenderResult result = render(scene, device, s);
+            const Metrics m = compare_images(result.image, reference);
+            EXPECT_LT(std::abs(m.mean_bias), 0.03) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
+            EXPECT_LT(m.rel_rmse, 0.2) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
+            EXPECT_GT(result.statistics.records, 0u);
+        }
+}
+
+// Records fall as accuracy is relaxed, about as 1/a².
+TEST(Accuracy, BuysRecords) {
+    const Scene scene = load(project_scene("cornell-box.xml"), {}, 96, 96);
+    Device device({});
+    RenderSettings s = quick();
+    s.max_spacing = 1000;
+    s.accuracy = 0.4f;
+    const auto coarse = render(scene, device, s).statistics.records;
+    s.accuracy = 0.2f;
+    const auto fine = render(scene, device, s).statistics.records;
+    EXPECT_GT(fine, 1.5 * static_cast<double>(coarse));
+}
+
+TEST(Depth, CountsPathEdges) {
+    const Scene scene = load(project_scene("cornell-box.xml"), {}, 32, 32);
+    Device device({});
+    std::vector<double> means;
+    for (const int depth : {1, 2, 3, -1}) {
+        double by_method[2];
+        for (const Method method : {Method::irradiance, Method::path}) {
+            RenderSettings s = quick();
+            s.method = method;
+            s.max_depth = depth;
+            s.spp = 256;
+            by_method[method == Method::path] = channel_mean(render(scene, device, s).image, 1).mean;
+        }
+        EXPECT_NEAR(by_method[0], by_method[1], 0.02 * by_method[1]) << "depth " << depth;
+        means.push_back(by_method[1]);
+    }
+    EXPECT_LT(means[0], means[1]);
+    EXPECT_LT(means[1], means[2]);
+    EXPECT_LT(means[2], means[3]);
+}
+
+TEST(Size, OddPicturesAreComplete) {
+    Device device({});
+    for (const auto& [w, h] : {std::pair{1, 1}, std::pair{1, 17}, std::pair{33, 5}}) {
+        for (const Method method : {Method::irradiance, Method::path}) {
+            RenderSettings s = quick();
+            s.method = method;
+            s.aovs = aov_names();
+            const RenderResult r = render(load(project_scene("cornell-box.xml"), {}, w, h), device, s);
+            EXPECT_EQ(r.image.width, w);
+            EXPECT_EQ(r.image.height, h);
+            ASSERT_EQ(r.image.layers.size(), 7u);
+            for (const Layer& l : r.image.layers) {
+                EXPECT_EQ(l.data.size(), static_cast<std::size_t>(w * h * l.channels)) << l.name;
+                for (const float x : l.data) EXPECT_TRUE(std::isfinite(x)) << l.name;
+            }
+        }
+    }
+}
+
+TEST(BadSettings, AreRefusedInOneLine) {
+    const Scene scene = load(project_scene("cornell-box.xml"), {}, 16, 16);
+    Device device({});
+    const auto refused = [&](const std::string& part, const auto& change) {
+        RenderSettings s = quick();
+        change(s);
+        try {
+            render(scene, device, s);
+            ADD_FAILURE() << part << ": not refused";
+        } catch (const Error& e) {
+            EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
+            EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+        }
+    };
+    refused("accuracy", [](RenderSettings& s) { s.accuracy = 0; });
+    refused("accuracy", [](RenderSettings& s) { s.accuracy = NAN; });
+    refused("spacing", [](RenderSettings& s) { s.min_spacing = 40; });
+    refused("overlap", [](RenderSettings& s) { s.overlap = 0.5f; });
+    refused("AOV 'depht'", [](RenderSettings& s) { s.aovs = {"depht"}; });
+    refused("local memory", [](RenderSettings& s) { s.hemisphere_m = 1024, s.hemisphere_n = 4096; });
+    refused("hemisphere 0x64", [](RenderSettings& s) { s.hemisphere_m = 0; });
+}
+
+// The AOVs of the first hit are what they say: direct + indirect = picture; normals are unit vectors.
+TEST(Aovs, AddUp) {
+    const Scene scene = load(project_scene("cornell-box.xml"), {}, 32, 32);
+    RenderSettings s = quick();
+    s.aovs = {"direct", "indirect", "normal", "depth"};
+    const RenderResult r = run(scene, s);
+    const auto& all = r.image.layers;
+    for (std::size_t i = 0; i < all[0].data.size(); ++i)
+        EXPECT_NEAR(all[0].data[i], all[1].data[i] + all[2].data[i], 1e-5f * (1 + all[0].data[i]));
+    const Mean depth = channel_mean(r.image, 0, 4);
+    EXPECT_GT(depth.lowest, 0.0);
+}
+
+}  // namespace
+}  // namespace irradia::test
