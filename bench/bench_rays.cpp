@@ -146,12 +146,14 @@ void closest(benchmark::State& state, const std::string& name, const std::string
     const auto embree = [&] {
         for (const Ray& r : c.rays) benchmark::DoNotOptimize(c.embree->closest(r));
     };
-    if (mode == "tile")
+    const bool tiles = mode == "tile";
+    const Traversal::RaySet set = tiles ? device.prepare_tiles(c.rays, 16) : device.prepare(c.rays);
+    if (tiles)
         compare(
-            state, c.rays.size(), [&] { device.tiles(c.rays, 16); }, embree);
+            state, set.count, [&] { device.launch("test_tile", set, set.count / 16, {16}); }, embree);
     else
         compare(
-            state, c.rays.size(), [&] { device.closest(c.rays); }, embree);
+            state, set.count, [&] { device.launch("test_closest", set, set.count, {}); }, embree);
 }
 
 void shadow(benchmark::State& state, const std::string& name, const std::string& mode) {
