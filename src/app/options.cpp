@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <iostream>
 #include <sstream>
 
@@ -99,29 +100,16 @@ private:
     std::string name_;
 };
 
-// CLI11's own checks let "nan" pass.
-std::string above_zero(const std::string& given) {
-    char* end = nullptr;
-    const float value = std::strtof(given.c_str(), &end);
-    return end != given.c_str() && *end == '\0' && std::isfinite(value) && value > 0
-               ? std::string()
-               : "'" + given + "' is not a number above 0";
-}
-
-std::string not_below_zero(const std::string& given) {
-    char* end = nullptr;
-    const float value = std::strtof(given.c_str(), &end);
-    return end != given.c_str() && *end == '\0' && std::isfinite(value) && value >= 0
-               ? std::string()
-               : "'" + given + "' is not 0 or a number above it";
-}
-
-std::string stops(const std::string& given) {
-    char* end = nullptr;
-    const double value = std::strtod(given.c_str(), &end);
-    return end != given.c_str() && *end == '\0' && std::abs(value) <= 60
-               ? std::string()
-               : "'" + given + "' is not a number from -60 to 60";
+// A check of one number; CLI11's own let "nan" pass.
+std::function<std::string(const std::string&)> number(const std::string& what,
+                                                      const std::function<bool(double)>& good) {
+    return [what, good](const std::string& given) {
+        char* end = nullptr;
+        const double value = std::strtod(given.c_str(), &end);
+        return end != given.c_str() && *end == '\0' && std::isfinite(value) && good(value)
+                   ? std::string()
+                   : "'" + given + "' is not a number " + what;
+    };
 }
 
 // "16x64" -> 16, 64.
@@ -148,7 +136,7 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                    ". An older file is replaced "
                    "only once the new one is complete");
     files.value("--exposure", o.exposure, "STOPS", "PNG only: brightness, times 2^STOPS")
-        ->check(stops)
+        ->check(number("from -60 to 60", [](double x) { return x >= -60 && x <= 60; }))
         ->capture_default_str();
     files
         .value("--aov", o.settings.aovs, "LIST",
@@ -204,7 +192,7 @@ void declare_rendering(CLI::App& app, Options& o) {
     cache
         .value("--accuracy", s.accuracy, "A",
                "Error allowed in interpolation, `a` of (1.8); records, and time, grow as 1/A^2")
-        ->check(above_zero)
+        ->check(number("above 0", [](double x) { return x > 0; }))
         ->default_str(text(s.accuracy));
     // --hemisphere also sets what --method gather computes at each sample.
     app.add_option_function<std::string>(
@@ -217,11 +205,17 @@ void declare_rendering(CLI::App& app, Options& o) {
         ->type_name("MxN")
         ->default_str(std::to_string(s.hemisphere_m) + "x" + std::to_string(s.hemisphere_n))
         ->group("Irradiance caching");
+    cache
+        .value("--overlap", s.overlap, "X",
+               "How much farther a record is used than the spacing at which records are placed: more are averaged, "
+               "which hides their noise, and smears more")
+        ->check(number("of at least 1", [](double x) { return x >= 1; }))
+        ->default_str(text(s.overlap));
     cache.value("--min-spacing", s.min_spacing, "PIXELS", "Least radius of a record on the screen")
-        ->check(not_below_zero)
+        ->check(number("of at least 0", [](double x) { return x >= 0; }))
         ->default_str(text(s.min_spacing));
     cache.value("--max-spacing", s.max_spacing, "PIXELS", "Largest radius of a record on the screen")
-        ->check(above_zero)
+        ->check(number("above 0", [](double x) { return x > 0; }))
         ->default_str(text(s.max_spacing));
     cache.choice("--gradients", s.gradients, gradient_names(),
                  "How irradiance is carried from a record to a point: none, Ward and Heckbert's translational "

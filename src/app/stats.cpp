@@ -39,6 +39,7 @@ Json settings_json(const Options& o, int spp) {
             {"accuracy", plain(s.accuracy)},
             {"hemisphere_m", s.hemisphere_m},
             {"hemisphere_n", s.hemisphere_n},
+            {"overlap", plain(s.overlap)},
             {"min_spacing", plain(s.min_spacing)},
             {"max_spacing", plain(s.max_spacing)},
             {"gradients", name_of(gradient_names(), s.gradients)},

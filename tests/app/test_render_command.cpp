@@ -39,6 +39,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--seed",
                                                "--accuracy",
                                                "--hemisphere",
+                                               "--overlap",
                                                "--min-spacing",
                                                "--max-spacing",
                                                "--gradients",
@@ -69,6 +70,7 @@ TEST_F(RenderCommand, HelpStatesTheDefaultsOfRenderSettings) {
         return help.substr(open + 1, close - open - 1);
     };
     EXPECT_FLOAT_EQ(std::stof(default_of("  --accuracy")), defaults.accuracy);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --overlap")), defaults.overlap);
     EXPECT_FLOAT_EQ(std::stof(default_of("  --min-spacing")), defaults.min_spacing);
     EXPECT_FLOAT_EQ(std::stof(default_of("  --max-spacing")), defaults.max_spacing);
     EXPECT_EQ(default_of("  --hemisphere"),
@@ -106,6 +108,7 @@ TEST_F(RenderCommand, WrongCommandLinesExitWithTwo) {
         {{kScene, "-o", "a.exr", "--accuracy", "0"}, "--accuracy"},
         {{kScene, "-o", "a.exr", "--accuracy", "nan"}, "'nan' is not a number above 0"},
         {{kScene, "-o", "a.exr", "--exposure", "nan"}, "'nan' is not a number from -60 to 60"},
+        {{kScene, "-o", "a.exr", "--overlap", "0.9"}, "'0.9' is not a number of at least 1"},
         {{kScene, "-o", "a.exr", "--max-depth", "0"}, "--max-depth"},
         {{kScene, "-o", "a.exr", "--hemisphere", "16"}, "'16' is not MxN"},
         {{kScene, "-o", "a.exr", "--hemisphere", "16x"}, "'16x' is not MxN"},
