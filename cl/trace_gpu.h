@@ -143,4 +143,21 @@ IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const f
     for (uint i = 0; i < count; ++i)
         hits[i] = trace_closest(s, origin, make_real3(dx[i], dy[i], dz[i]), t_min, IR_INFINITY);
 }
+
+IR_FN void trace_tile_incoherent(const SceneData* s, const float* ox, const float* oy, const float* oz, const float* dx,
+                                 const float* dy, const float* dz, uint count, float t_min, Hit* hits) {
+    for (uint i = 0; i < count; ++i)
+        hits[i] = trace_closest(s, make_real3(ox[i], oy[i], oz[i]), make_real3(dx[i], dy[i], dz[i]), t_min, IR_INFINITY);
+}
+
+IR_FN void trace_tile_occluded(const SceneData* s, const float* ox, const float* oy, const float* oz, const float* dx,
+                               const float* dy, const float* dz, uint count, float t_min, const float* t_max,
+                               uint* occluded) {
+    *occluded = 0;
+    for (uint i = 0; i < count; ++i) {
+        const bool hit =
+            trace_occluded(s, make_real3(ox[i], oy[i], oz[i]), make_real3(dx[i], dy[i], dz[i]), t_min, t_max[i]);
+        *occluded |= (hit ? 1u : 0u) << i;
+    }
+}
 #endif

@@ -84,6 +84,18 @@ public:
         return results<DeviceHit>(set);
     }
 
+    /// Tiles of `tile` <= 16 consecutive rays, which must share t_min; `incoherent` ignores t_max.
+    std::vector<DeviceHit> incoherent_tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
+        const RaySet set = prepare_own_origins(rays, tile);
+        launch("test_tile_incoherent", set, (rays.size() + tile - 1) / tile, {tile});
+        return results<DeviceHit>(set);
+    }
+    std::vector<std::uint32_t> occluded_tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
+        const RaySet set = prepare_own_origins(rays, tile);
+        launch("test_tile_occluded", set, (rays.size() + tile - 1) / tile, {tile});
+        return results<std::uint32_t>(set);
+    }
+
     /// Rays on the device, and room for 16 bytes of result each.
     struct RaySet {
         cl::Buffer rays, results;
@@ -102,6 +114,18 @@ public:
             const Ray& r = rays[i];
             t[i % tile] = r.dx, t[16 + i % tile] = r.dy, t[32 + i % tile] = r.dz;
             t[48] = r.ox, t[49] = r.oy, t[50] = r.oz, t[51] = r.t_min;
+        }
+        return {upload(in), prepare(rays).results, rays.size()};
+    }
+
+    /// The layout of kernels test_tile_incoherent and test_tile_occluded.
+    RaySet prepare_own_origins(const std::vector<Ray>& rays, std::uint32_t tile) {
+        std::vector<float> in((rays.size() + tile - 1) / tile * 128);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            float* t = in.data() + i / tile * 128 + i % tile;
+            const Ray& r = rays[i];
+            t[0] = r.ox, t[16] = r.oy, t[32] = r.oz, t[48] = r.dx, t[64] = r.dy, t[80] = r.dz, t[96] = r.t_max;
+            in[i / tile * 128 + 112] = r.t_min;
         }
         return {upload(in), prepare(rays).results, rays.size()};
     }

