@@ -77,19 +77,38 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
     const auto first = static_cast<std::uint32_t>(size_), n = static_cast<std::uint32_t>(count);
     if (settings_.clamp_slope > 0 && size_ > 0) {
         device_.kernel("insert_records.cl", "clamp_new_records", defines())
-            .arg(nodes_).arg(entries_).arg(keys_).arg(parameters_).arg(points).arg(stack)
-            .arg(settings_.clamp_slope).arg(settings_.min_spacing).arg(first).arg(n)
+            .arg(nodes_)
+            .arg(entries_)
+            .arg(keys_)
+            .arg(parameters_)
+            .arg(points)
+            .arg(stack)
+            .arg(settings_.clamp_slope)
+            .arg(settings_.min_spacing)
+            .arg(first)
+            .arg(n)
             .run(groups_of(count), items);
         device_.kernel("insert_records.cl", "clamp_old_records", defines())
-            .arg(nodes_).arg(entries_).arg(keys_).arg(parameters_)
-            .arg(settings_.clamp_slope).arg(first).arg(n)
+            .arg(nodes_)
+            .arg(entries_)
+            .arg(keys_)
+            .arg(parameters_)
+            .arg(settings_.clamp_slope)
+            .arg(first)
+            .arg(n)
             .run(groups_of(count), items);
     }
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
-            .arg(nodes_).arg(entries_).arg(state_).arg(keys_).arg(parameters_)
-            .arg(static_cast<std::uint32_t>(node_capacity_)).arg(static_cast<std::uint32_t>(entry_capacity_))
-            .arg(first).arg(n)
+            .arg(nodes_)
+            .arg(entries_)
+            .arg(state_)
+            .arg(keys_)
+            .arg(parameters_)
+            .arg(static_cast<std::uint32_t>(node_capacity_))
+            .arg(static_cast<std::uint32_t>(entry_capacity_))
+            .arg(first)
+            .arg(n)
             .run(groups_of(count), items);
         shared::OctreeState state{};
         device_.read(state_, &state, sizeof state);
@@ -102,7 +121,8 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
         state.node_count = static_cast<std::uint32_t>(octree_.nodes);
         state.entry_count = static_cast<std::uint32_t>(octree_.entries);
         state.overflow = 0;
-        grow_octree(more_nodes ? 2 * node_capacity_ : node_capacity_, more_entries ? 2 * entry_capacity_ : entry_capacity_);
+        grow_octree(more_nodes ? 2 * node_capacity_ : node_capacity_,
+                    more_entries ? 2 * entry_capacity_ : entry_capacity_);
         device_.write(state_, &state, sizeof state);
     }
     size_ += count;

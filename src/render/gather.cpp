@@ -27,9 +27,15 @@ void render_gather(Run& run, Film& film) {
         for (std::size_t first = 0; first < film.pixels(); first += chunk) {
             const std::size_t count = std::min(chunk, film.pixels() - first);
             run.scene_kernel("gather_pixels.cl", "gather_points", {})
-                .arg(buffer).arg(points).arg(albedos).arg(run.ray_counters())
-                .arg(static_cast<std::uint32_t>(first)).arg(static_cast<std::uint32_t>(count))
-                .arg(sample).arg(run.edges_beyond_camera()).arg(run.seed())
+                .arg(buffer)
+                .arg(points)
+                .arg(albedos)
+                .arg(run.ray_counters())
+                .arg(static_cast<std::uint32_t>(first))
+                .arg(static_cast<std::uint32_t>(count))
+                .arg(sample)
+                .arg(run.edges_beyond_camera())
+                .arg(run.seed())
                 .run(group_count(count, pixel_group), pixel_group);
             run.device.read(points, host_points.data(), count * sizeof(shared::ShadingPoint));
             std::vector<std::uint32_t> indices;
@@ -41,8 +47,12 @@ void render_gather(Run& run, Film& film) {
                 const auto index = static_cast<std::uint32_t>(sample * film.pixels() + first);
                 hemispheres.sample(points, stack, indices.size(), keys, values, 0, index);
                 run.device.kernel("gather_pixels.cl", "gather_irradiance", run.scene_defines())
-                    .arg(buffer).arg(albedos).arg(stack).arg(values)
-                    .arg(static_cast<std::uint32_t>(film.channels())).arg(static_cast<std::uint32_t>(indices.size()))
+                    .arg(buffer)
+                    .arg(albedos)
+                    .arg(stack)
+                    .arg(values)
+                    .arg(static_cast<std::uint32_t>(film.channels()))
+                    .arg(static_cast<std::uint32_t>(indices.size()))
                     .run(group_count(indices.size(), pixel_group), pixel_group);
             }
             run.device.read(buffer, sums.data(), count * film.channels() * sizeof(float));

@@ -15,8 +15,8 @@ namespace {
 // The Hessian rule's support is accuracy (unit_tau area E / |lambda|)^(1/4): with this factor the same `accuracy` gives
 // about as many records as the distance rules do, and their number grows as 1/accuracy² in both.
 constexpr float unit_tau = 1000.0f;
-constexpr float largest_aspect = 3.0f;                      // theory 6: 2-3 is a fair compromise
-constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23; // cl/sample_hemispheres.cl, cl/make_record.h
+constexpr float largest_aspect = 3.0f;                       // theory 6: 2-3 is a fair compromise
+constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;  // cl/sample_hemispheres.cl, cl/make_record.h
 }  // namespace
 
 float neighbour_clamp_slope(const RenderSettings& settings) {
@@ -28,7 +28,8 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
     const RenderSettings& settings = run.settings;
     const auto m = static_cast<std::size_t>(settings.hemisphere_m), n = static_cast<std::size_t>(settings.hemisphere_n);
     if (settings.hemisphere_m < 1 || settings.hemisphere_n < 3)
-        throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + ": expected at least 1 ring and 3 sectors");
+        throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) +
+                    ": expected at least 1 ring and 3 sectors");
     const std::size_t group = run.device.group_size();
     const std::size_t bytes = sizeof(float) * std::max(floats_a_cell * m * n, floats_a_sum * group);
     if (bytes > run.device.description().local_memory)
@@ -62,9 +63,17 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
 void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const Buffer& keys,
                                const Buffer& values, std::uint32_t first_record, std::uint32_t first_index) {
     run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines_)
-        .arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters())
-        .arg(parameters_).arg(first_record).arg(first_index)
-        .arg(run_.edges_beyond_hemisphere()).arg(run_.seed())
+        .arg(points)
+        .arg(stack)
+        .arg(ring_weights_)
+        .arg(keys)
+        .arg(values)
+        .arg(run_.ray_counters())
+        .arg(parameters_)
+        .arg(first_record)
+        .arg(first_index)
+        .arg(run_.edges_beyond_hemisphere())
+        .arg(run_.seed())
         .run(count, run_.device.group_size());
     run_.collect_rays();
 }

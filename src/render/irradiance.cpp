@@ -29,7 +29,8 @@ CacheSettings cache_settings(const Run& run) {
     c.upper = {info.max_x, info.max_y, info.max_z};
     // Angles as distances: the picture's weights reach `overlap` times farther than those records are placed by.
     // (1.8): e_n counts in units of a. (1.11): in units of 1/kappa = 2a, times sqrt(1 - cos 10°) = .123257.
-    c.inverse_angle = (s.weight == WeightRule::tabellion ? 1.0f / (2.0f * s.accuracy * 0.123257f) : 1.0f / s.accuracy) / s.overlap;
+    c.inverse_angle =
+        (s.weight == WeightRule::tabellion ? 1.0f / (2.0f * s.accuracy * 0.123257f) : 1.0f / s.accuracy) / s.overlap;
     c.in_front_slope = s.in_front ? 0.05f : 0.0f;
     c.tabellion = s.weight == WeightRule::tabellion;
     c.clamp_slope = neighbour_clamp_slope(s);
@@ -41,8 +42,12 @@ CacheSettings cache_settings(const Run& run) {
 class IrradianceCaching {
 public:
     IrradianceCaching(Run& run, Film& film)
-        : run_(run), film_(film), cache_(run.device, cache_settings(run)), hemispheres_(run, true),
-          seed_(run.seed()), chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
+        : run_(run),
+          film_(film),
+          cache_(run.device, cache_settings(run)),
+          hemispheres_(run, true),
+          seed_(run.seed()),
+          chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
         defines_ = cache_.defines();
         defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
     }
@@ -87,7 +92,11 @@ private:
             const BlockPixel pixel = block_pixel(it);
             Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", cache_.defines());
             cache_.bind(kernel, true)
-                .arg(points).arg(pixel.x).arg(pixel.y).arg(blocks_x).arg(static_cast<std::uint32_t>(blocks))
+                .arg(points)
+                .arg(pixel.x)
+                .arg(pixel.y)
+                .arg(blocks_x)
+                .arg(static_cast<std::uint32_t>(blocks))
                 .run(group_count(blocks, pixel_group), pixel_group);
             run_.device.read(points, host.data(), blocks * sizeof host[0]);
             run_.statistics.rays["camera"] += blocks;
@@ -113,17 +122,25 @@ private:
         std::vector<float> sums(chunk_ * film_.channels());
         std::vector<shared::ShadingPoint> host(chunk_);
         for (std::size_t first = 0; first < pixels.size(); first += chunk_) {
-            const std::vector<std::uint32_t> part(pixels.begin() + static_cast<std::ptrdiff_t>(first),
-                                                  pixels.begin() + static_cast<std::ptrdiff_t>(std::min(pixels.size(), first + chunk_)));
+            const std::vector<std::uint32_t> part(
+                pixels.begin() + static_cast<std::ptrdiff_t>(first),
+                pixels.begin() + static_cast<std::ptrdiff_t>(std::min(pixels.size(), first + chunk_)));
             const Buffer list = run_.device.upload(part);
             std::vector<bool> seen(part.size(), false);
             for (std::uint32_t sample = 0; sample < run_.spp(); sample += samples_a_launch) {
                 const std::uint32_t samples = std::min(samples_a_launch, run_.spp() - sample);
-                Kernel kernel = run_.scene_kernel("shade_pixels.cl", coverage ? "find_uncovered" : "shade_pixels", defines_);
+                Kernel kernel =
+                    run_.scene_kernel("shade_pixels.cl", coverage ? "find_uncovered" : "shade_pixels", defines_);
                 cache_.bind(kernel, false)
-                    .arg(list).arg(film).arg(points).arg(run_.ray_counters())
-                    .arg(static_cast<std::uint32_t>(part.size())).arg(sample).arg(samples)
-                    .arg(run_.edges_beyond_camera()).arg(seed_)
+                    .arg(list)
+                    .arg(film)
+                    .arg(points)
+                    .arg(run_.ray_counters())
+                    .arg(static_cast<std::uint32_t>(part.size()))
+                    .arg(sample)
+                    .arg(samples)
+                    .arg(run_.edges_beyond_camera())
+                    .arg(seed_)
                     .run(group_count(part.size(), pixel_group), pixel_group);
                 if (coverage) {
                     run_.device.read(points, host.data(), part.size() * sizeof host[0]);
@@ -138,8 +155,10 @@ private:
                     film_.add(sums, part, samples);
                 }
                 run_.collect_rays();
-                const double done = static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
-                run_.report(coverage ? "fill" : "shade", from + (to - from) * done / static_cast<double>(pixels.size()), cache_.size());
+                const double done =
+                    static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
+                run_.report(coverage ? "fill" : "shade", from + (to - from) * done / static_cast<double>(pixels.size()),
+                            cache_.size());
             }
         }
         return missed;
@@ -161,8 +180,10 @@ private:
             RecordStack stack;
             std::unordered_set<std::uint64_t> tiles;
             for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {
-                const std::uint32_t x = missed.pixels[i] % run_.scene.info.width, y = missed.pixels[i] / run_.scene.info.width;
-                if (tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second) stack.indices.push_back(i);
+                const std::uint32_t x = missed.pixels[i] % run_.scene.info.width,
+                                    y = missed.pixels[i] / run_.scene.info.width;
+                if (tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second)
+                    stack.indices.push_back(i);
             }
             const Buffer points = run_.device.upload(missed.points);
             make_records(points, stack);

@@ -5,8 +5,8 @@
 
 namespace irradia {
 
-constexpr std::uint32_t block_edge = 16;         ///< pixels
-constexpr std::uint32_t iteration_count = 256;   ///< one pixel of every block each
+constexpr std::uint32_t block_edge = 16;        ///< pixels
+constexpr std::uint32_t iteration_count = 256;  ///< one pixel of every block each
 
 struct BlockPixel {
     std::uint32_t x, y;

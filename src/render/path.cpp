@@ -13,7 +13,8 @@ constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u <
 }  // namespace
 
 void render_path(Run& run, Film& film) {
-    const std::size_t chunk = std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
+    const std::size_t chunk =
+        std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
     std::vector<float> sums(chunk * film.channels());
     const double total = static_cast<double>(film.pixels()) * run.spp();
@@ -23,9 +24,14 @@ void render_path(Run& run, Film& film) {
         for (std::size_t first = 0; first < film.pixels(); first += chunk) {
             const std::size_t count = std::min(chunk, film.pixels() - first);
             run.scene_kernel("trace_paths.cl", "trace_paths", {})
-                .arg(buffer).arg(run.ray_counters())
-                .arg(static_cast<std::uint32_t>(first)).arg(static_cast<std::uint32_t>(count))
-                .arg(sample).arg(samples).arg(run.edges_beyond_camera()).arg(run.seed())
+                .arg(buffer)
+                .arg(run.ray_counters())
+                .arg(static_cast<std::uint32_t>(first))
+                .arg(static_cast<std::uint32_t>(count))
+                .arg(sample)
+                .arg(samples)
+                .arg(run.edges_beyond_camera())
+                .arg(run.seed())
                 .run(group_count(count, pixel_group), pixel_group);
             run.device.read(buffer, sums.data(), count * film.channels() * sizeof(float));
             film.add(sums, first, count, samples);

@@ -39,15 +39,22 @@ const std::vector<std::string>& aov_names() {
     return names;
 }
 
-RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings, const ProgressCallback& progress) {
+RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
+                    const ProgressCallback& progress) {
     check(scene, settings);
     Run run(scene, device, settings, progress);
     Film film(static_cast<int>(scene.info.width), static_cast<int>(scene.info.height), run.aovs());
     std::vector<std::uint32_t> record_pixels;
     switch (settings.method) {
-        case Method::path: render_path(run, film); break;
-        case Method::gather: render_gather(run, film); break;
-        case Method::irradiance: record_pixels = render_irradiance(run, film); break;
+        case Method::path:
+            render_path(run, film);
+            break;
+        case Method::gather:
+            render_gather(run, film);
+            break;
+        case Method::irradiance:
+            record_pixels = render_irradiance(run, film);
+            break;
     }
     RenderResult result;
     result.image = film.image(settings);

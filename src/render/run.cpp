@@ -6,7 +6,11 @@
 namespace irradia {
 
 Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
-    : scene(scene_in), device(device_in), settings(settings_in), progress_(progress), start_(Clock::now()),
+    : scene(scene_in),
+      device(device_in),
+      settings(settings_in),
+      progress_(progress),
+      start_(Clock::now()),
       phase_start_(start_) {
     statistics.spp = settings.spp > 0 ? settings.spp : static_cast<int>(std::max(scene.sample_count, 1u));
     seed_ = static_cast<std::uint32_t>(settings.seed) ^ static_cast<std::uint32_t>((settings.seed >> 32) * 0x9e3779b9u);
@@ -40,8 +44,16 @@ std::map<std::string, std::string> Run::scene_defines() const {
 Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines) {
     defines.merge(scene_defines());
     Kernel kernel = device.kernel(file, name, defines);
-    kernel.arg(nodes_).arg(leaves_).arg(analytics_).arg(triangles_).arg(vertices_).arg(materials_).arg(textures_)
-        .arg(texels_).arg(lights_).arg(info_);
+    kernel.arg(nodes_)
+        .arg(leaves_)
+        .arg(analytics_)
+        .arg(triangles_)
+        .arg(vertices_)
+        .arg(materials_)
+        .arg(textures_)
+        .arg(texels_)
+        .arg(lights_)
+        .arg(info_);
     return kernel;
 }
 

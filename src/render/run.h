@@ -25,7 +25,8 @@ public:
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
     /// Device counters that kernels add to: rays by kind (cl/film.h).
     [[nodiscard]] const Buffer& ray_counters() const noexcept { return ray_counters_; }
-    /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or few).
+    /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or
+    /// few).
     void collect_rays();
 
     [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }

@@ -15,7 +15,8 @@
 
 namespace irradia::test {
 
-inline Scene load(const std::string& path, std::map<std::string, std::string> defines = {}, int width = 0, int height = 0) {
+inline Scene load(const std::string& path, std::map<std::string, std::string> defines = {}, int width = 0,
+                  int height = 0) {
     LoadOptions options;
     options.defines = std::move(defines);
     options.width = width;
@@ -25,14 +26,19 @@ inline Scene load(const std::string& path, std::map<std::string, std::string> de
     return scene;
 }
 
-inline std::string project_scene(const std::string& name) { return std::string(IRRADIA_SOURCE_DIR) + "/scenes/" + name; }
-inline std::string test_data(const std::string& name) { return std::string(IRRADIA_SOURCE_DIR) + "/tests/data/" + name; }
+inline std::string project_scene(const std::string& name) {
+    return std::string(IRRADIA_SOURCE_DIR) + "/scenes/" + name;
+}
+inline std::string test_data(const std::string& name) {
+    return std::string(IRRADIA_SOURCE_DIR) + "/tests/data/" + name;
+}
 
 /// A scene written as XML text.
 inline Scene load_text(const std::string& xml) {
     static int number = 0;
     const std::filesystem::path path =
-        std::filesystem::temp_directory_path() / ("irradia-render-test-" + std::to_string(::getpid()) + "-" + std::to_string(number++) + ".xml");
+        std::filesystem::temp_directory_path() /
+        ("irradia-render-test-" + std::to_string(::getpid()) + "-" + std::to_string(number++) + ".xml");
     std::ofstream(path) << xml;
     Scene scene = load(path.string());
     std::filesystem::remove(path);
@@ -51,7 +57,8 @@ inline Mean channel_mean(const Image& image, int channel, std::size_t layer = 0)
     m.lowest = 1e300;
     m.highest = -1e300;
     for (std::size_t i = 0; i < n; ++i) {
-        const double x = static_cast<double>(l.data[i * static_cast<std::size_t>(l.channels) + static_cast<std::size_t>(channel)]);
+        const double x =
+            static_cast<double>(l.data[i * static_cast<std::size_t>(l.channels) + static_cast<std::size_t>(channel)]);
         sum += x;
         square += x * x;
         m.lowest = std::min(m.lowest, x);

@@ -47,8 +47,10 @@ TEST(Switches, EveryCombinationAgreesWithPathTracing) {
             const RenderResult result = render(scene, device, s);
             const Metrics m = compare_images(layer_of(result.image, "indirect"), reference);
             const bool crude = g == GradientRule::none;
-            EXPECT_LT(std::abs(m.mean_bias), crude ? 0.1 : 0.03) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
-            EXPECT_LT(m.rel_rmse, crude ? 0.4 : 0.18) << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
+            EXPECT_LT(std::abs(m.mean_bias), crude ? 0.1 : 0.03)
+                << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
+            EXPECT_LT(m.rel_rmse, crude ? 0.4 : 0.18)
+                << "gradients " << static_cast<int>(g) << " radius " << static_cast<int>(r);
             EXPECT_GT(result.statistics.records, 0u);
         }
 }

@@ -1,0 +1,172 @@
+// The octree answers what a search over all records answers, always; it grows without losing anything; the order in
+// which work-items insert does not show.
+#include "cache/RecordCache.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace irradia {
+namespace {
+
+struct Record {
+    shared::RecordKey key{};
+    shared::RecordValue value{};
+};
+
+// Random records on the walls, floor and inside of a box of edge `size`, supports over three orders of magnitude.
+std::vector<Record> random_records(std::size_t count, float size, unsigned seed, float largest = 0.3f) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> u(0, 1);
+    std::vector<Record> records(count);
+    for (Record& r : records) {
+        float p[3] = {u(random) * size, u(random) * size, u(random) * size}, n[3] = {0, 0, 0};
+        const int axis = static_cast<int>(u(random) * 3) % 3;
+        p[axis] = u(random) < 0.5f ? 0.0f : size;
+        n[axis] = p[axis] > 0 ? -1.0f : 1.0f;
+        float t[3] = {0, 0, 0};
+        t[(axis + 1) % 3] = 1;
+        r.key.px = p[0], r.key.py = p[1], r.key.pz = p[2];
+        r.key.nx = n[0], r.key.ny = n[1], r.key.nz = n[2];
+        r.key.t2x = t[0], r.key.t2y = t[1], r.key.t2z = t[2];
+        r.key.support1 = size * largest * std::pow(0.001f, u(random));
+        r.key.support2 = r.key.support1 * (1 + 2 * u(random));
+        for (float& e : r.value.e) e = 1 + u(random);
+        for (float& g : r.value.translation) g = (u(random) - 0.5f) / r.key.support2;
+        for (float& g : r.value.rotation) g = u(random) - 0.5f;
+    }
+    return records;
+}
+
+class Cache {
+public:
+    Cache(const std::vector<Record>& records, float size, std::size_t batch)
+        : device_({}), cache_(device_, settings(size)) {
+        for (std::size_t first = 0; first < records.size(); first += batch) {
+            const std::size_t n = std::min(batch, records.size() - first);
+            const std::uint32_t at = cache_.reserve(n);
+            std::vector<shared::RecordKey> keys;
+            std::vector<shared::RecordValue> values;
+            for (std::size_t i = 0; i < n; ++i) {
+                keys.push_back(records[first + i].key);
+                values.push_back(records[first + i].value);
+            }
+            device_.write(const_cast<Buffer&>(cache_.keys()), keys.data(), n * sizeof keys[0], at * sizeof keys[0]);
+            device_.write(const_cast<Buffer&>(cache_.values()), values.data(), n * sizeof values[0],
+                          at * sizeof values[0]);
+            cache_.insert(n, cache_.keys(), cache_.keys());  // no neighbour clamp: points and stack are not read
+        }
+    }
+
+    // Four floats a point (sums of w E, sum of w) for points of six floats (position, normal).
+    std::vector<float> look_up(const std::vector<float>& points, bool brute_force) {
+        const std::size_t count = points.size() / 6;
+        std::vector<float> out(4 * count);
+        const Buffer in = device_.upload(points);
+        const Buffer to = device_.upload(out);
+        Kernel kernel = device_.kernel("cache_test.cl", "look_up", cache_.defines());
+        cache_.bind(kernel, false)
+            .arg(in)
+            .arg(to)
+            .arg(static_cast<std::uint32_t>(cache_.size()))
+            .arg(std::uint32_t{brute_force})
+            .arg(static_cast<std::uint32_t>(count))
+            .run((count + 15) / 16, 16);
+        device_.read(to, out.data(), out.size() * sizeof(float));
+        return out;
+    }
+    [[nodiscard]] const RecordCache& cache() const { return cache_; }
+
+private:
+    static CacheSettings settings(float size) {
+        CacheSettings s;
+        s.lower = {0, 0, 0};
+        s.upper = {size, size, size};
+        s.clamp_slope = 0;
+        return s;
+    }
+    Device device_;
+    RecordCache cache_;
+};
+
+std::vector<float> points_near(const std::vector<Record>& records, std::size_t count, float size, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> u(0, 1);
+    std::vector<float> points;
+    for (std::size_t i = 0; i < count; ++i) {
+        const shared::RecordKey& k = records[random() % records.size()].key;
+        // On the record's plane (where most questions are), sometimes off it, sometimes exactly at the record.
+        const float reach = i % 7 == 0 ? 0.0f : 1.2f * k.support2,
+                    off = i % 5 == 0 ? 0.5f * k.support1 * u(random) : 0.0f;
+        const auto place = [&](float p, float n) {
+            return std::clamp(p + (n == 0.0f ? reach * (2 * u(random) - 1) : n * off), 0.0f, size);
+        };
+        points.insert(points.end(), {place(k.px, k.nx), place(k.py, k.ny), place(k.pz, k.nz), k.nx, k.ny, k.nz});
+    }
+    return points;
+}
+
+void expect_same(const std::vector<float>& tree, const std::vector<float>& all) {
+    ASSERT_EQ(tree.size(), all.size());
+    std::size_t covered = 0;
+    for (std::size_t i = 0; i < tree.size(); ++i) {
+        // The same terms in another order: float32 sums of up to a few hundred positive numbers.
+        EXPECT_NEAR(tree[i], all[i], 2e-5f * std::abs(all[i])) << "point " << i / 4 << " component " << i % 4;
+        covered += i % 4 == 3 && all[i] > 0;
+    }
+    EXPECT_GT(covered, tree.size() / 16);  // the question was not void
+}
+
+TEST(RecordCache, AnswersWhatASearchOverAllRecordsAnswers) {
+    for (const float size : {1e-4f, 1.0f, 1e6f}) {
+        const auto records = random_records(3000, size, 1);
+        Cache cache(records, size, 500);
+        const auto points = points_near(records, 4000, size, 2);
+        expect_same(cache.look_up(points, false), cache.look_up(points, true));
+    }
+}
+
+// 60 000 records: ten times the first capacities of records, nodes and entries.
+TEST(RecordCache, GrowsAndLosesNothing) {
+    const auto records = random_records(60000, 1, 3, 0.03f);
+    Cache cache(records, 1, 30000);
+    EXPECT_EQ(cache.cache().size(), records.size());
+    EXPECT_GT(cache.cache().octree().growths, 2u);
+    const auto points = points_near(records, 500, 1, 4);
+    expect_same(cache.look_up(points, false), cache.look_up(points, true));
+    const auto keys = cache.cache().download_keys();
+    for (std::size_t i = 0; i < records.size(); i += 997) EXPECT_EQ(keys[i].px, records[i].key.px);
+}
+
+// All records in one place: one list of a thousand entries.
+TEST(RecordCache, HoldsIdenticalRecords) {
+    auto records = random_records(1000, 1, 5);
+    for (Record& r : records) r = records[0];
+    Cache cache(records, 1, 1000);
+    const shared::RecordKey& k = records[0].key;
+    const std::vector<float> point{k.px, k.py, k.pz, k.nx, k.ny, k.nz};
+    const auto out = cache.look_up(point, false);
+    // e = 0 for all: equal capped weights (theory 4.8), 99 each in the form of theory 4.1 normalised by a.
+    // A float32 sum of n terms is good to n 2^-24: 6e-5 here, in numerator and denominator.
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(out[c] / out[3], records[0].value.e[c], 1.2e-4f * records[0].value.e[c]);
+    EXPECT_NEAR(out[3], 1000 * 100.0f, 6e-5f * 1e5f);
+}
+
+// In one batch or many: lists end up in the same order, so sums are the same bits.
+TEST(RecordCache, OrderOfInsertionDoesNotShow) {
+    const auto records = random_records(2000, 1, 6);
+    const auto points = points_near(records, 2000, 1, 7);
+    Cache one(records, 1, 2000), many(records, 1, 37);
+    EXPECT_EQ(one.look_up(points, false), many.look_up(points, false));
+}
+
+TEST(RecordCache, AnEmptyCacheCoversNothing) {
+    const auto records = random_records(1, 1, 8);
+    Cache cache({}, 1, 1);
+    for (const float x : cache.look_up(points_near(records, 16, 1, 9), false)) EXPECT_EQ(x, 0.0f);
+}
+
+}  // namespace
+}  // namespace irradia
