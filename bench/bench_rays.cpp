@@ -159,12 +159,17 @@ void closest(benchmark::State& state, const std::string& name, const std::string
 void shadow(benchmark::State& state, const std::string& name, const std::string& mode) {
     Case& c = get_case(name);
     Traversal& device = mode == "gpu" ? *c.gpu : *c.cpu;
-    const Traversal::RaySet set = device.prepare(c.shadows);
-    compare(
-        state, set.count, [&] { device.launch("test_occluded", set, set.count, {}); },
-        [&] {
-            for (const Ray& r : c.shadows) benchmark::DoNotOptimize(c.embree->occluded(r));
-        });
+    const auto embree = [&] {
+        for (const Ray& r : c.shadows) benchmark::DoNotOptimize(c.embree->occluded(r));
+    };
+    const bool tiles = mode == "tile";
+    const Traversal::RaySet set = tiles ? device.prepare_own_origins(c.shadows, 16) : device.prepare(c.shadows);
+    if (tiles)
+        compare(
+            state, set.count, [&] { device.launch("test_tile_occluded", set, set.count / 16, {16}); }, embree);
+    else
+        compare(
+            state, set.count, [&] { device.launch("test_occluded", set, set.count, {}); }, embree);
 }
 
 }  // namespace
@@ -177,7 +182,7 @@ int main(int argc, char** argv) {
                                          [=](benchmark::State& s) { closest(s, scene, mode); })
                 ->UseManualTime()
                 ->Unit(benchmark::kMillisecond);
-        for (const std::string mode : {"single", "gpu"})
+        for (const std::string mode : {"tile", "single", "gpu"})
             benchmark::RegisterBenchmark((scene + "/shadow/" + mode).c_str(),
                                          [=](benchmark::State& s) { shadow(s, scene, mode); })
                 ->UseManualTime()

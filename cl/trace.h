@@ -23,5 +23,10 @@ typedef struct Hit {
 //   IR_FN bool trace_occluded(const SceneData* s, real3 origin, real3 direction, float t_min, float t_max);
 //   IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const float* dy, const float* dz,
 //                         uint count, float t_min, Hit* hits);   // closest hits of `count` <= IR_TILE rays from one origin
-// Intervals are open: a hit has t_min < t < t_max.
+//   IR_FN void trace_tile_occluded(const SceneData* s, const float* ox, const float* oy, const float* oz,
+//                         const float* dx, const float* dy, const float* dz, uint count, float t_min,
+//                         const float* t_max, uint* occluded);   // bit i: ray i of `count` <= IR_TILE, each with an
+//                         // origin and t_max of its own, is occluded. Shadow rays from neighbouring points: on few
+//                         // triangles faster than single rays, on large meshes as fast.
+// t_min >= 0. Intervals are open: a hit has t_min < t < t_max.
 #endif

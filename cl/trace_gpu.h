@@ -3,10 +3,9 @@
 #define IR_TRACE_GPU_H
 #include "trace_analytic.h"
 
-// 1 / d without infinities: a ray parallel to a slab lies then far outside of it or, also exactly in a box plane, inside.
-IR_FN float safe_reciprocal(float d) {
-    return fabs(d) > 1e-18f ? 1.0f / d : (d < 0.0f ? -1e18f : 1e18f);
-}
+// 1 / d without infinities: a ray parallel to a slab lies then far outside of it or, also exactly in a box plane,
+// inside.
+IR_FN float safe_reciprocal(float d) { return fabs(d) > 1e-18f ? 1.0f / d : (d < 0.0f ? -1e18f : 1e18f); }
 
 // What the tests need of a ray, made once.
 typedef struct SingleRay {
@@ -20,8 +19,7 @@ IR_FN SingleRay make_single_ray(real3 origin, real3 direction, float t_min) {
     SingleRay r;
     r.origin = origin;
     r.direction = direction;
-    r.reciprocal =
-        make_real3(safe_reciprocal(direction.x), safe_reciprocal(direction.y), safe_reciprocal(direction.z));
+    r.reciprocal = make_real3(safe_reciprocal(direction.x), safe_reciprocal(direction.y), safe_reciprocal(direction.z));
     r.p = fabs(direction.x) > fabs(direction.z) ? make_real3(-direction.y, direction.x, 0.0f)
                                                 : make_real3(0.0f, -direction.z, direction.y);
     r.q = cross(direction, r.p);
@@ -142,12 +140,6 @@ IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const f
                       float t_min, Hit* hits) {
     for (uint i = 0; i < count; ++i)
         hits[i] = trace_closest(s, origin, make_real3(dx[i], dy[i], dz[i]), t_min, IR_INFINITY);
-}
-
-IR_FN void trace_tile_incoherent(const SceneData* s, const float* ox, const float* oy, const float* oz, const float* dx,
-                                 const float* dy, const float* dz, uint count, float t_min, Hit* hits) {
-    for (uint i = 0; i < count; ++i)
-        hits[i] = trace_closest(s, make_real3(ox[i], oy[i], oz[i]), make_real3(dx[i], dy[i], dz[i]), t_min, IR_INFINITY);
 }
 
 IR_FN void trace_tile_occluded(const SceneData* s, const float* ox, const float* oy, const float* oz, const float* dx,

@@ -145,6 +145,37 @@ TEST_P(TraversalTest, OcclusionRespectsTheInterval) {
     EXPECT_LT(blocked, rays.size() * 9 / 10);
 }
 
+// Packets of shadow rays with origins and ends of their own give what single rays give, whatever their number.
+TEST_P(TraversalTest, OcclusionOfTilesMatchesBruteForce) {
+    Scene scene = shapes::triangle_soup(500, 0.4f, 41);
+    for (int i = 0; i < 10; ++i) shapes::add_sphere(scene, {0.2f * static_cast<float>(i) - 1, 0, 0.3f}, 0.1f);
+    build_accel(scene);
+    testing::Traversal device(scene, cpu());
+    for (const std::uint32_t size : {16u, 11u, 1u}) {
+        std::vector<Ray> rays = random_rays(2048, 0.8f, 0.01f, 0, 43 + size);
+        std::mt19937 random(47);
+        std::uniform_real_distribution<float> s(-1, 1);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (i % 128 < 64) {  // half the tiles: neighbouring points, one way
+                const Ray& first = rays[i / size * size];
+                rays[i].ox = first.ox + 0.05f * s(random), rays[i].oy = first.oy + 0.05f * s(random);
+                rays[i].oz = first.oz, rays[i].dx = first.dx, rays[i].dy = first.dy, rays[i].dz = first.dz;
+            }
+            rays[i].t_max = 0.5f + 0.45f * s(random);
+        }
+        const std::vector<std::uint32_t> occluded = device.occluded_tiles(rays, size);
+        std::size_t blocked = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const testing::ExactHit exact = testing::brute_force(scene, rays[i]);
+            if (exact.margin < kGrazing) continue;
+            ASSERT_EQ(occluded[i] != 0, exact.primitive != IR_NO_PRIMITIVE) << "ray " << i << " of tiles of " << size;
+            blocked += occluded[i];
+        }
+        EXPECT_GT(blocked, rays.size() / 10);
+        EXPECT_LT(blocked, rays.size() * 9 / 10);
+    }
+}
+
 // A hit at exactly t = 2 is outside of the open intervals (0, 2) and (2, far).
 TEST_P(TraversalTest, IntervalIsOpen) {
     Scene scene;
@@ -240,9 +271,12 @@ TEST_P(TraversalTest, NoLeaksAtEdgesAndVertices) {
         }
     }
     const testing::EmbreeScene robust(scene), fast(scene, false);
-    std::size_t single = 0, tiles = 0, embree_robust = 0, embree_fast = 0;
+    const std::vector<std::uint32_t> single_shadows = device.occluded(rays),
+                                     tile_shadows = device.occluded_tiles(rays, 16);
+    std::size_t shadows = 0, single = 0, tiles = 0, embree_robust = 0, embree_fast = 0;
     const std::vector<DeviceHit> s = device.closest(rays), t = device.tiles(rays, 16);
     for (std::size_t i = 0; i < rays.size(); ++i) {
+        shadows += !single_shadows[i] + !tile_shadows[i];
         single += s[i].primitive == IR_NO_PRIMITIVE;
         tiles += t[i].primitive == IR_NO_PRIMITIVE;
         embree_robust += robust.closest(rays[i]).primitive == IR_NO_PRIMITIVE;
@@ -250,6 +284,7 @@ TEST_P(TraversalTest, NoLeaksAtEdgesAndVertices) {
     }
     EXPECT_EQ(single, 0u);
     EXPECT_EQ(tiles, 0u);
+    EXPECT_EQ(shadows, 0u);
     RecordProperty("embree_robust_leaks", static_cast<int>(embree_robust));
     RecordProperty("embree_fast_leaks", static_cast<int>(embree_fast));
 }

@@ -84,12 +84,7 @@ public:
         return results<DeviceHit>(set);
     }
 
-    /// Tiles of `tile` <= 16 consecutive rays, which must share t_min; `incoherent` ignores t_max.
-    std::vector<DeviceHit> incoherent_tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
-        const RaySet set = prepare_own_origins(rays, tile);
-        launch("test_tile_incoherent", set, (rays.size() + tile - 1) / tile, {tile});
-        return results<DeviceHit>(set);
-    }
+    /// Tiles of `tile` <= 16 consecutive rays, which must share t_min.
     std::vector<std::uint32_t> occluded_tiles(const std::vector<Ray>& rays, std::uint32_t tile) {
         const RaySet set = prepare_own_origins(rays, tile);
         launch("test_tile_occluded", set, (rays.size() + tile - 1) / tile, {tile});
@@ -118,7 +113,7 @@ public:
         return {upload(in), prepare(rays).results, rays.size()};
     }
 
-    /// The layout of kernels test_tile_incoherent and test_tile_occluded.
+    /// The layout of kernel test_tile_occluded.
     RaySet prepare_own_origins(const std::vector<Ray>& rays, std::uint32_t tile) {
         std::vector<float> in((rays.size() + tile - 1) / tile * 128);
         for (std::size_t i = 0; i < rays.size(); ++i) {
