@@ -16,15 +16,15 @@ typedef struct Cache {
     CacheParameters parameters;
 } Cache;
 
-#define IR_CACHE_ARGS                                                                                                  \
+#define IR_CACHE_ARGS                                                                                                 \
     IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const RecordKey *record_keys, \
         IR_GLOBAL const RecordValue *record_values, CacheParameters cache_parameters
-#define IR_CACHE_INIT(c)         \
-    Cache c;                     \
-    c.nodes = octree_nodes;      \
-    c.entries = octree_entries;  \
-    c.keys = record_keys;        \
-    c.values = record_values;    \
+#define IR_CACHE_INIT(c)        \
+    Cache c;                    \
+    c.nodes = octree_nodes;     \
+    c.entries = octree_entries; \
+    c.keys = record_keys;       \
+    c.values = record_values;   \
     c.parameters = cache_parameters
 
 // Weight of a record at (p, n), 0 if it does not apply.

@@ -5,8 +5,8 @@
 #include "scene.h"
 
 typedef struct CameraRay {
-    real3 direction;    // unit
-    float t_min, t_max; // clip planes, along this ray
+    real3 direction;     // unit
+    float t_min, t_max;  // clip planes, along this ray
 } CameraRay;
 
 // Inverse of the tent filter's distribution function on [-radius, radius].
@@ -30,8 +30,10 @@ IR_FN float gaussian_quantile(float u, float stddev, float radius) {
     float lo = -radius, hi = radius;  // bisection: 24 halvings reach float32's resolution
     for (int i = 0; i < 24; ++i) {
         const float mid = 0.5f * (lo + hi);
-        if (gaussian_distribution(mid, stddev, radius) < u) lo = mid;
-        else hi = mid;
+        if (gaussian_distribution(mid, stddev, radius) < u)
+            lo = mid;
+        else
+            hi = mid;
     }
     return 0.5f * (lo + hi);
 }

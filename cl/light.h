@@ -19,8 +19,10 @@ IR_FN uint choose_light(const SceneData* s, float* u) {
     uint lo = 0u, hi = count - 1u;  // the first light whose cdf exceeds u
     while (lo < hi) {
         const uint mid = (lo + hi) >> 1;
-        if (s->lights[mid].cdf > *u) hi = mid;
-        else lo = mid + 1u;
+        if (s->lights[mid].cdf > *u)
+            hi = mid;
+        else
+            lo = mid + 1u;
     }
     const float p = s->lights[lo].probability;
     const float before = lo > 0u ? s->lights[lo - 1u].cdf : 0.0f;

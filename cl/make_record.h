@@ -7,8 +7,8 @@
 
 // ---- HemisphereSums in local memory, one array a member ----------------------------------------------------------
 #define IR_SUM_FLOATS 23
-#define IR_SUM3(store, first, v)                 \
-    store[(first) * IR_GROUP + item] = (v).x;     \
+#define IR_SUM3(store, first, v)                    \
+    store[(first)*IR_GROUP + item] = (v).x;         \
     store[((first) + 1) * IR_GROUP + item] = (v).y; \
     store[((first) + 2) * IR_GROUP + item] = (v).z
 
@@ -31,7 +31,8 @@ IR_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
     store[22 * IR_GROUP + to] = min(store[22 * IR_GROUP + to], store[22 * IR_GROUP + from]);
 }
 
-#define IR_LOAD3(store, first) make_real3(store[(first) * IR_GROUP], store[((first) + 1) * IR_GROUP], store[((first) + 2) * IR_GROUP])
+#define IR_LOAD3(store, first) \
+    make_real3(store[(first)*IR_GROUP], store[((first) + 1) * IR_GROUP], store[((first) + 2) * IR_GROUP])
 
 IR_FN HemisphereSums load_sums(const IR_LOCAL float* store) {
     HemisphereSums s;
@@ -90,8 +91,8 @@ IR_FN void make_record(const ShadingPoint* q, const HemisphereSums* sums, Record
         support1 = support2 = min(parameters.accuracy * harmonic, hi);
     } else {
         const Eigen2 h = eigen_symmetric(sums->hxx, sums->hxy, sums->hyy);
-        const EllipseRadii r = hessian_ellipse(h, y, parameters.diagonal, parameters.tau, q->footprint * q->footprint, 0.0f,
-                                               0.25f * parameters.diagonal, parameters.aspect);
+        const EllipseRadii r = hessian_ellipse(h, y, parameters.diagonal, parameters.tau, q->footprint * q->footprint,
+                                               0.0f, 0.25f * parameters.diagonal, parameters.aspect);
         support1 = r.r1;
         support2 = r.r2;
         t2 = frame.b * h.x1 - frame.t * h.y1;

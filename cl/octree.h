@@ -105,7 +105,8 @@ IR_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint r
     const uint x1 = octree_coordinate(p.x + reach, cache.origin_x, cache.size) >> shift;
     const uint y1 = octree_coordinate(p.y + reach, cache.origin_y, cache.size) >> shift;
     const uint z1 = octree_coordinate(p.z + reach, cache.origin_z, cache.size) >> shift;
-    const float slab = 0.5f * edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache.coordinate * 1e-6f;
+    const float slab =
+        0.5f * edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache.coordinate * 1e-6f;
     for (uint z = z0; z <= z1; ++z)
         for (uint y = y0; y <= y1; ++y)
             for (uint x = x0; x <= x1; ++x) {
@@ -118,7 +119,8 @@ IR_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint r
                 uint node = 0u;
                 bool room = true;
                 for (uint l = level; room && l > 0u; --l) {
-                    const uint c = ((x >> (l - 1u)) & 1u) | (((y >> (l - 1u)) & 1u) << 1) | (((z >> (l - 1u)) & 1u) << 2);
+                    const uint c =
+                        ((x >> (l - 1u)) & 1u) | (((y >> (l - 1u)) & 1u) << 1) | (((z >> (l - 1u)) & 1u) << 2);
                     node = octree_child(tree, node, c);
                     room = node != 0u;
                 }

@@ -17,7 +17,8 @@ typedef struct RayCount {
 
 // Radiance that leaves `f` (seen along `direction`) towards the viewer by reflection: light that arrives at f directly
 // goes to *direct, light that arrives after further bounces to *indirect (either may be the same variable's address).
-// `edges` = path edges still allowed beyond the viewing ray: 1 = direct light, 2 = one bounce, ...; 0xffffffff = no limit.
+// `edges` = path edges still allowed beyond the viewing ray: 1 = direct light, 2 = one bounce, ...; 0xffffffff = no
+// limit.
 IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rng, RayCount* rays, real3* direct,
                               real3* indirect) {
     real3 throughput = make_real3(1.0f, 1.0f, 1.0f);
@@ -37,8 +38,10 @@ IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rn
                 const float bsdf_density = cosine * IR_INV_PI;
                 const float weight = l.density > 0.0f ? l.density / (l.density + bsdf_density) : 1.0f;
                 const real3 add = throughput * l.radiance * (bsdf_density * weight);
-                if (bounce == 0u) first += add;
-                else later += add;
+                if (bounce == 0u)
+                    first += add;
+                else
+                    later += add;
             }
         }
 
@@ -62,8 +65,10 @@ IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rn
                 const IR_GLOBAL Light* sky = &s->lights[s->info->environment_light];
                 const float weight = 1.0f / (1.0f + sky->probability);  // both densities are cosines
                 const real3 add = throughput * make_real3(sky->r, sky->g, sky->b) * weight;
-                if (bounce == 0u) first += add;
-                else later += add;
+                if (bounce == 0u)
+                    first += add;
+                else
+                    later += add;
             }
 #endif
             break;
@@ -73,10 +78,12 @@ IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rn
         if (f.emits) {
             const IR_GLOBAL Light* light = &s->lights[f.light];
             const float density = light_density(s, (uint)f.light, from, fabs(dot(f.ng, w)), hit.t);
-            const real3 add = throughput * make_real3(light->r, light->g, light->b) *
-                              (bsdf_density / (bsdf_density + density));
-            if (bounce == 0u) first += add;
-            else later += add;
+            const real3 add =
+                throughput * make_real3(light->r, light->g, light->b) * (bsdf_density / (bsdf_density + density));
+            if (bounce == 0u)
+                first += add;
+            else
+                later += add;
         }
     }
     *direct += first;

@@ -25,7 +25,8 @@ IR_FN real3 direct_radiance(const SceneData* s, const Surface* f, float u0, floa
 }
 
 // Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
-// surfaces that want irradiance in `samples`, with all hits in `hits`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
+// surfaces that want irradiance in `samples`, with all hits in `hits`. edges = max_depth - 1: 0 = emitters only, 1 = +
+// direct light.
 IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed, PixelSum* sum,
                       TileSample* samples, Hit* hits, RayCount* rays) {
     const uint x = pixel % s->info->width, y = pixel / s->info->width;
@@ -63,8 +64,8 @@ IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, ui
         }
     }
 }
-// The surface that sample `index` of a pixel saw (`hit`, from shade_tile: a ray through an edge must not be asked twice,
-// since a packet and a single ray may answer with different triangles), as a point that wants a record.
+// The surface that sample `index` of a pixel saw (`hit`, from shade_tile: a ray through an edge must not be asked
+// twice, since a packet and a single ray may answer with different triangles), as a point that wants a record.
 IR_FN ShadingPoint sample_point(const SceneData* s, uint pixel, uint index, const Hit* hit, uint seed) {
     float u[4];
     sobol4(index, hash_uint(pixel ^ hash_uint(seed)), u);

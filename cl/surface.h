@@ -5,13 +5,13 @@
 #include "trace.h"
 
 typedef struct Surface {
-    real3 p;          // position
-    real3 ng;         // unit geometric normal, on the side of ns
-    real3 ns;         // unit shading normal, towards the viewer
-    real3 albedo;     // reflectance; 0 where the side seen does not reflect
-    int light;        // area light that this surface belongs to, or IR_NO_LIGHT
-    bool emits;       // the side seen is the light's emitting side
-    float error;      // how far rays that leave the surface start from it
+    real3 p;       // position
+    real3 ng;      // unit geometric normal, on the side of ns
+    real3 ns;      // unit shading normal, towards the viewer
+    real3 albedo;  // reflectance; 0 where the side seen does not reflect
+    int light;     // area light that this surface belongs to, or IR_NO_LIGHT
+    bool emits;    // the side seen is the light's emitting side
+    float error;   // how far rays that leave the surface start from it
     uint primitive;
 } Surface;
 

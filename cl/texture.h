@@ -1,4 +1,5 @@
-// Bitmap textures: repeat, mirror or clamp, nearest or bilinear; texel centres at half integers, row 0 at v = 0 (as Mitsuba).
+// Bitmap textures: repeat, mirror or clamp, nearest or bilinear; texel centres at half integers, row 0 at v = 0 (as
+// Mitsuba).
 #ifndef IR_TEXTURE_H
 #define IR_TEXTURE_H
 #include "sampling.h"
@@ -29,7 +30,8 @@ IR_FN real3 texel(const SceneData* s, const Texture* t, int x, int y) {
         return make_real3(IR_AS_FLOAT(c[0]), IR_AS_FLOAT(c[1]), IR_AS_FLOAT(c[2]));
     }
     const uint c = s->texels[t->offset + index];
-    const real3 raw = make_real3((float)(c & 255u), (float)((c >> 8) & 255u), (float)((c >> 16) & 255u)) * (1.0f / 255.0f);
+    const real3 raw =
+        make_real3((float)(c & 255u), (float)((c >> 8) & 255u), (float)((c >> 16) & 255u)) * (1.0f / 255.0f);
     if (t->format == IR_TEXTURE_RGBA8_LINEAR) return raw;
     return make_real3(srgb_to_linear(raw.x), srgb_to_linear(raw.y), srgb_to_linear(raw.z));
 }

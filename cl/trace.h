@@ -22,7 +22,8 @@ typedef struct Hit {
 //   IR_FN Hit trace_closest(const SceneData* s, real3 origin, real3 direction, float t_min, float t_max);
 //   IR_FN bool trace_occluded(const SceneData* s, real3 origin, real3 direction, float t_min, float t_max);
 //   IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const float* dy, const float* dz,
-//                         uint count, float t_min, Hit* hits);   // closest hits of `count` <= IR_TILE rays from one origin
+//                         uint count, float t_min, Hit* hits);   // closest hits of `count` <= IR_TILE rays from one
+//                         origin
 //   IR_FN void trace_tile_occluded(const SceneData* s, const float* ox, const float* oy, const float* oz,
 //                         const float* dx, const float* dy, const float* dz, uint count, float t_min,
 //                         const float* t_max, uint* occluded);   // bit i: ray i of `count` <= IR_TILE, each with an

@@ -12,7 +12,7 @@ namespace irradia {
 
 /// One line of --list-devices.
 struct DeviceDescription {
-    int index = 0;                    ///< what --device takes
+    int index = 0;  ///< what --device takes
     std::string name, platform, driver;
     bool is_cpu = false;
     unsigned compute_units = 0;
@@ -23,9 +23,10 @@ std::vector<DeviceDescription> list_devices();
 
 /// What a run asks of the device.
 struct DeviceOptions {
-    std::string select;         ///< index or a part of the name or platform, case-insensitive; "" = the default (a GPU if there is one, else the CPU)
-    int threads = 0;            ///< CPU devices: worker threads; 0, or more than there are, = all
-    std::string traversal;      ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
+    std::string select;     ///< index or a part of the name or platform, case-insensitive; "" = the default (a GPU if
+                            ///< there is one, else the CPU)
+    int threads = 0;        ///< CPU devices: worker threads; 0, or more than there are, = all
+    std::string traversal;  ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
 };
 
 class Device;
@@ -55,10 +56,12 @@ struct StageTime {
 /// A kernel with its arguments being set. Obtain by Device::kernel(); cheap to copy.
 class Kernel {
 public:
-    Kernel& arg(const Buffer& buffer);                              ///< next argument
+    Kernel& arg(const Buffer& buffer);  ///< next argument
     template <class T>
-    Kernel& arg(const T& value) { return arg_bytes(&value, sizeof(T)); }  ///< next argument, by value (4-byte scalars, PODs)
-    Kernel& local(std::size_t bytes);                               ///< next argument, __local memory
+    Kernel& arg(const T& value) {
+        return arg_bytes(&value, sizeof(T));
+    }                                  ///< next argument, by value (4-byte scalars, PODs)
+    Kernel& local(std::size_t bytes);  ///< next argument, __local memory
     /// Runs `groups` work-groups of `group_size` items (1D); asynchronous, in order; no groups: nothing is launched.
     /// Starts the arguments anew: set all of them before every run.
     void run(std::size_t groups, std::size_t group_size);
@@ -80,27 +83,31 @@ public:
     Device& operator=(const Device&) = delete;
 
     [[nodiscard]] const DeviceDescription& description() const noexcept;
-    [[nodiscard]] bool cpu_traversal() const noexcept;        ///< true: -D IR_CPU is given to every program
-    [[nodiscard]] std::size_t tile() const noexcept;          ///< rays of one packet: IR_TILE of trace.h
-    [[nodiscard]] std::size_t group_size() const noexcept;    ///< items of a hemisphere's work-group: 64 on CPUs, 128 on GPUs
+    [[nodiscard]] bool cpu_traversal() const noexcept;  ///< true: -D IR_CPU is given to every program
+    [[nodiscard]] std::size_t tile() const noexcept;    ///< rays of one packet: IR_TILE of trace.h
+    [[nodiscard]] std::size_t group_size()
+        const noexcept;  ///< items of a hemisphere's work-group: 64 on CPUs, 128 on GPUs
 
-    /// Kernel `name` of cl/`file` (embedded, or an absolute path), compiled with `defines` ("IR_M" -> "16"); programs are
-    /// cached by (file, defines). If the environment variable IRRADIA_CL_DIR names a folder, its files are taken before
-    /// the embedded ones.
+    /// Kernel `name` of cl/`file` (embedded, or an absolute path), compiled with `defines` ("IR_M" -> "16"); programs
+    /// are cached by (file, defines). If the environment variable IRRADIA_CL_DIR names a folder, its files are taken
+    /// before the embedded ones.
     Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines);
 
-    Buffer allocate(std::size_t bytes);                                    ///< uninitialised
-    Buffer upload(const void* data, std::size_t bytes);                    ///< allocate + write
+    Buffer allocate(std::size_t bytes);                  ///< uninitialised
+    Buffer upload(const void* data, std::size_t bytes);  ///< allocate + write
     template <class T>
-    Buffer upload(const std::vector<T>& v) { return upload(v.data(), v.size() * sizeof(T)); }
+    Buffer upload(const std::vector<T>& v) {
+        return upload(v.data(), v.size() * sizeof(T));
+    }
     void write(Buffer& to, const void* data, std::size_t bytes, std::size_t offset = 0);
     void read(const Buffer& from, void* data, std::size_t bytes, std::size_t offset = 0);  ///< blocks until done
     void copy(const Buffer& from, Buffer& to, std::size_t bytes);
-    void fill(Buffer& buffer, std::uint32_t word, std::size_t bytes);      ///< bytes a multiple of 4
+    void fill(Buffer& buffer, std::uint32_t word, std::size_t bytes);  ///< bytes a multiple of 4
     void finish();
 
-    [[nodiscard]] std::map<std::string, StageTime> stage_times() const;    ///< by kernel name, plus "read", "write", "copy", "fill", "build"
-    [[nodiscard]] std::uint64_t peak_memory() const noexcept;              ///< bytes of device buffers, at most
+    [[nodiscard]] std::map<std::string, StageTime> stage_times()
+        const;  ///< by kernel name, plus "read", "write", "copy", "fill", "build"
+    [[nodiscard]] std::uint64_t peak_memory() const noexcept;  ///< bytes of device buffers, at most
 
 private:
     struct Impl;

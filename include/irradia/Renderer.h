@@ -17,53 +17,53 @@ enum class Method {
     gather,      ///< a hemisphere at every pixel sample, no cache: what the cache's time is compared with
     path         ///< the etalon: unbiased path tracing with next-event estimation and MIS
 };
-enum class GradientRule { none, ward, crease };           ///< theory 3.2, 3.3
-enum class RadiusRule { harmonic, minimum, hessian };     ///< (1.14), (1.15), theory 6
-enum class WeightRule { ward, tabellion };                ///< (1.8), (1.11)-(1.13)
+enum class GradientRule { none, ward, crease };        ///< theory 3.2, 3.3
+enum class RadiusRule { harmonic, minimum, hessian };  ///< (1.14), (1.15), theory 6
+enum class WeightRule { ward, tabellion };             ///< (1.8), (1.11)-(1.13)
 
 /// What is asked of a render. Defaults are stated here and nowhere else.
 struct RenderSettings {
     Method method = Method::irradiance;
-    float accuracy = 0.2f;           ///< `a` of (1.8): allowed error; smaller = more records. Records grow as 1/a².
-    int hemisphere_m = 16;           ///< rings of a hemisphere (1.3)
-    int hemisphere_n = 64;           ///< sectors of a hemisphere
-    int spp = 0;                     ///< samples a pixel; 0 = the scene file's
+    float accuracy = 0.2f;  ///< `a` of (1.8): allowed error; smaller = more records. Records grow as 1/a².
+    int hemisphere_m = 16;  ///< rings of a hemisphere (1.3)
+    int hemisphere_n = 64;  ///< sectors of a hemisphere
+    int spp = 0;            ///< samples a pixel; 0 = the scene file's
     std::uint64_t seed = 0;
-    int max_depth = -1;              ///< path edges: 1 = emitters only, 2 = + direct light, ...; -1 = unlimited
+    int max_depth = -1;  ///< path edges: 1 = emitters only, 2 = + direct light, ...; -1 = unlimited
     GradientRule gradients = GradientRule::crease;
     RadiusRule radius = RadiusRule::hessian;
     WeightRule weight = WeightRule::ward;
-    bool neighbour_clamp = true;     ///< theory 4.4
-    bool gradient_limit = true;      ///< R <= E / |grad_t E|, theory 4.4
-    bool in_front = true;            ///< (1.10), theory 4.3
-    bool share_lookups = true;       ///< one look-up for the samples of a pixel that lie on one smooth patch
-    float overlap = 2.0f;            ///< supports reach this much farther than the spacing at which records are placed:
-                                     ///< more records are averaged, at no more records
-    float min_spacing = 1.5f;        ///< least support of a record, pixels
-    float max_spacing = 30.0f;       ///< largest support of a record, pixels
-    std::vector<std::string> aovs;   ///< of aov_names()
+    bool neighbour_clamp = true;    ///< theory 4.4
+    bool gradient_limit = true;     ///< R <= E / |grad_t E|, theory 4.4
+    bool in_front = true;           ///< (1.10), theory 4.3
+    bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
+    float overlap = 2.0f;           ///< supports reach this much farther than the spacing at which records are placed:
+                                    ///< more records are averaged, at no more records
+    float min_spacing = 1.5f;       ///< least support of a record, pixels
+    float max_spacing = 30.0f;      ///< largest support of a record, pixels
+    std::vector<std::string> aovs;  ///< of aov_names()
 };
 
 /// Layers that --aov can ask for: direct, indirect, albedo, normal, depth, records.
 const std::vector<std::string>& aov_names();
 
 struct Progress {
-    std::string stage;          ///< "records", "fill", "shade", "gather", "path"
-    double fraction = 0;        ///< of the whole render, 0..1
+    std::string stage;    ///< "records", "fill", "shade", "gather", "path"
+    double fraction = 0;  ///< of the whole render, 0..1
     std::uint64_t records = 0;
     std::uint64_t rays = 0;
-    double elapsed = 0;         ///< seconds since render() began
+    double elapsed = 0;  ///< seconds since render() began
 };
 using ProgressCallback = std::function<void(const Progress&)>;
 
 struct RenderStatistics {
-    std::map<std::string, StageTime> stages;          ///< device time by kernel and transfer
-    std::map<std::string, std::uint64_t> rays;        ///< "camera", "hemisphere", "bounce", "shadow"
-    std::map<std::string, double> phases;             ///< wall seconds by phase: upload, records, fill, shade, ...
+    std::map<std::string, StageTime> stages;    ///< device time by kernel and transfer
+    std::map<std::string, std::uint64_t> rays;  ///< "camera", "hemisphere", "bounce", "shadow"
+    std::map<std::string, double> phases;       ///< wall seconds by phase: upload, records, fill, shade, ...
     std::uint64_t records = 0, octree_nodes = 0, octree_entries = 0, octree_depth = 0, octree_growths = 0;
     std::uint64_t iterations = 0;
     int spp = 0;
-    double seconds = 0;                               ///< wall time of render()
+    double seconds = 0;  ///< wall time of render()
 };
 
 struct RenderResult {
@@ -71,9 +71,9 @@ struct RenderResult {
     RenderStatistics statistics;
 };
 
-/// Renders `scene` on `device`. The picture is linear radiance (W·m⁻²·sr⁻¹ in Rec. 709 RGB); layers follow settings.aovs.
-/// Same seed, device and settings give the same bytes, whatever the number of threads.
-/// Throws Error for settings the device cannot run (M x N too large for its local memory, unknown AOV, ...).
+/// Renders `scene` on `device`. The picture is linear radiance (W·m⁻²·sr⁻¹ in Rec. 709 RGB); layers follow
+/// settings.aovs. Same seed, device and settings give the same bytes, whatever the number of threads. Throws Error for
+/// settings the device cannot run (M x N too large for its local memory, unknown AOV, ...).
 RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
                     const ProgressCallback& progress = {});
 

@@ -26,12 +26,12 @@ struct Scene {
     std::vector<shared::Texture> textures;
     std::vector<std::uint32_t> texels;
     std::vector<shared::Light> lights;
-    shared::SceneInfo info{};                ///< camera, film size and filter, counts, bounds
-    Accel accel;                             ///< filled by build_accel() (src/accel) or read from a packed scene
-    std::array<double, 3> centre{};          ///< world position of the device's origin
-    std::uint32_t features = 0;              ///< IR_FEATURE_*: which kernels this scene needs
-    std::uint32_t sample_count = 64;         ///< the file's samples a pixel; --spp overrides
-    std::string source;                      ///< file it was loaded from, for messages and metadata
+    shared::SceneInfo info{};         ///< camera, film size and filter, counts, bounds
+    Accel accel;                      ///< filled by build_accel() (src/accel) or read from a packed scene
+    std::array<double, 3> centre{};   ///< world position of the device's origin
+    std::uint32_t features = 0;       ///< IR_FEATURE_*: which kernels this scene needs
+    std::uint32_t sample_count = 64;  ///< the file's samples a pixel; --spp overrides
+    std::string source;               ///< file it was loaded from, for messages and metadata
 };
 
 /// Sets info.{triangle,analytic,light}_count, environment_light and features from the arrays.

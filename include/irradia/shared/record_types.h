@@ -9,76 +9,76 @@ using uint = std::uint32_t;
 #endif
 
 // A point that wants a record: what find_misses pushes and sample_hemispheres pops.
-#define IR_POINT_NONE 0u    // nothing to do: covered, or no surface there
-#define IR_POINT_MISS 1u    // a diffuse surface point without enough records
+#define IR_POINT_NONE 0u  // nothing to do: covered, or no surface there
+#define IR_POINT_MISS 1u  // a diffuse surface point without enough records
 typedef struct ShadingPoint {
-    float px, py, pz;       // position on the surface
-    uint state;             // IR_POINT_*
-    float nx, ny, nz;       // unit shading normal on the side that is seen
-    float footprint;        // edge of a pixel projected onto the surface there, world units
-    float gx, gy, gz;       // unit geometric normal on the same side
-    float offset;           // distance by which ray origins are moved off the surface along g
-    uint pixel;             // y * width + x
+    float px, py, pz;  // position on the surface
+    uint state;        // IR_POINT_*
+    float nx, ny, nz;  // unit shading normal on the side that is seen
+    float footprint;   // edge of a pixel projected onto the surface there, world units
+    float gx, gy, gz;  // unit geometric normal on the same side
+    float offset;      // distance by which ray origins are moved off the surface along g
+    uint pixel;        // y * width + x
     uint pad0, pad1, pad2;
-} ShadingPoint;             // 64 bytes
+} ShadingPoint;  // 64 bytes
 
 // A record, in two parts: what every look-up reads of every candidate, and what only accepted ones need.
 // Support = the distance at which the weight reaches zero: a R (1.8), or the Hessian's ellipse (theory 6).
 typedef struct RecordKey {
     float px, py, pz;
-    float support1;         // along the direction of strongest curvature of E (and along the normal)
-    float nx, ny, nz;       // unit normal of the sampled hemisphere
-    float support2;         // along t2; >= support1 (equal: a disk)
-    float t2x, t2y, t2z;    // unit tangent of weakest curvature
-    float harmonic;         // R of (1.14), world units, before any clamp (researchers re-use it)
-} RecordKey;                // 48 bytes
+    float support1;       // along the direction of strongest curvature of E (and along the normal)
+    float nx, ny, nz;     // unit normal of the sampled hemisphere
+    float support2;       // along t2; >= support1 (equal: a disk)
+    float t2x, t2y, t2z;  // unit tangent of weakest curvature
+    float harmonic;       // R of (1.14), world units, before any clamp (researchers re-use it)
+} RecordKey;              // 48 bytes
 
 typedef struct RecordValue {
-    float e[3];             // irradiance by indirect light, W·m⁻², RGB
-    float rotation[9];      // rotational gradient (1.4), three world-space vectors, one a channel: dE = (n_i x n) . g
-    float translation[9];   // translational gradient (1.5), likewise: dE = (p - p_i) . g
-    float minimum;          // R of (1.15)
-    uint pixel;             // the pixel whose miss made this record
-    uint samples;           // hemisphere samples in it
-} RecordValue;              // 96 bytes
+    float e[3];            // irradiance by indirect light, W·m⁻², RGB
+    float rotation[9];     // rotational gradient (1.4), three world-space vectors, one a channel: dE = (n_i x n) . g
+    float translation[9];  // translational gradient (1.5), likewise: dE = (p - p_i) . g
+    float minimum;         // R of (1.15)
+    uint pixel;            // the pixel whose miss made this record
+    uint samples;          // hemisphere samples in it
+} RecordValue;             // 96 bytes
 
 // State of the device octree, kept by the kernels, read by the host after each insertion.
 typedef struct OctreeState {
-    uint node_count;        // nodes handed out (may exceed the capacity: then `overflow` is set)
+    uint node_count;  // nodes handed out (may exceed the capacity: then `overflow` is set)
     uint entry_count;
-    uint overflow;          // 1: some record could not be entered completely; the host grows and runs again
-    uint depth;             // deepest level in use
+    uint overflow;  // 1: some record could not be entered completely; the host grows and runs again
+    uint depth;     // deepest level in use
 } OctreeState;
 
 #define IR_OCTREE_MAX_DEPTH 20u
 
 // Everything a look-up needs to know besides the arrays; by value into kernels.
-#define IR_WEIGHT_WARD 0u        // (1.8) in its safe form, theory 4.1
-#define IR_WEIGHT_TABELLION 1u   // (1.11)-(1.13), theory 4.2
+#define IR_WEIGHT_WARD 0u       // (1.8) in its safe form, theory 4.1
+#define IR_WEIGHT_TABELLION 1u  // (1.11)-(1.13), theory 4.2
 typedef struct CacheParameters {
     float origin_x, origin_y, origin_z;  // lower corner of the octree's root cube
-    float size;             // edge of the root cube, world units
-    float inverse_angle;    // e_n = inverse_angle |n - n_i| / sqrt 2
-    float in_front;         // slope of the in-front test (theory 4.3), 0 = off
-    float coordinate;       // largest |coordinate| of the scene, for the test's rounding allowance
-    float minimum_weight;   // a point is covered if the weights sum to more than this
-    float stretch;          // distances and angles count times this: > 1 asks for nearer records than the picture will use
+    float size;                          // edge of the root cube, world units
+    float inverse_angle;                 // e_n = inverse_angle |n - n_i| / sqrt 2
+    float in_front;                      // slope of the in-front test (theory 4.3), 0 = off
+    float coordinate;                    // largest |coordinate| of the scene, for the test's rounding allowance
+    float minimum_weight;                // a point is covered if the weights sum to more than this
+    float stretch;  // distances and angles count times this: > 1 asks for nearer records than the picture will use
     float pad0, pad1, pad2;
-} CacheParameters;          // 48 bytes
+} CacheParameters;  // 48 bytes
 
 // What sample_hemispheres needs to make a record of its sums; by value.
 typedef struct RecordParameters {
-    float accuracy;         // `a`: support = a R for the distance rules
-    float min_spacing;      // support is clamped to [min_spacing, max_spacing] footprints
+    float accuracy;     // `a`: support = a R for the distance rules
+    float min_spacing;  // support is clamped to [min_spacing, max_spacing] footprints
     float max_spacing;
-    float aspect;           // largest support2 / support1
-    float r_min, r_max;     // distances are clamped to these, world units (theory 4.4)
-    float clamp_slope;      // neighbour clamp: support_i <= support_j + clamp_slope |p_i - p_j|; 0 = off
-    float diagonal;         // of the scene, world units
-    float tau;              // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
-    float overlap;          // supports are enlarged by this in the end: see RenderSettings::overlap
+    float aspect;        // largest support2 / support1
+    float r_min, r_max;  // distances are clamped to these, world units (theory 4.4)
+    float clamp_slope;   // neighbour clamp: support_i <= support_j + clamp_slope |p_i - p_j|; 0 = off
+    float diagonal;      // of the scene, world units
+    float tau;           // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
+    float overlap;       // supports are enlarged by this in the end: see RenderSettings::overlap
     float pad0, pad1;
-} RecordParameters;         // 48 bytes
+} RecordParameters;  // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
 static_assert(sizeof(ShadingPoint) == 64 && sizeof(RecordKey) == 48 && sizeof(RecordValue) == 96 &&

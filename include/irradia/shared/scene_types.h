@@ -25,40 +25,40 @@ typedef struct Vertex {
 #define IR_TRIANGLE_FLAT 0x1u    // shade with the geometric normal; vertex normals are not read
 #define IR_TRIANGLE_HAS_UV 0x2u  // vertices carry texture coordinates (otherwise u, v are the barycentrics)
 typedef struct Triangle {
-    float nx, ny, nz;     // unit geometric normal; (v1-v0) x (v2-v0), turned by flip_normals
-    uint flags;           // IR_TRIANGLE_*
-    uint v0, v1, v2;      // vertex indices
-    uint material;        // material index
-    int light;            // index of the area light this triangle belongs to, or IR_NO_LIGHT
+    float nx, ny, nz;  // unit geometric normal; (v1-v0) x (v2-v0), turned by flip_normals
+    uint flags;        // IR_TRIANGLE_*
+    uint v0, v1, v2;   // vertex indices
+    uint material;     // material index
+    int light;         // index of the area light this triangle belongs to, or IR_NO_LIGHT
     uint pad0, pad1, pad2;
-} Triangle;               // 48 bytes
+} Triangle;  // 48 bytes
 
 #define IR_ANALYTIC_SPHERE 0u
 #define IR_ANALYTIC_DISK 1u
 typedef struct Analytic {
-    float px, py, pz;     // centre
-    float radius;         // sphere: radius; disk: unused
-    float nx, ny, nz;     // disk: unit normal
-    uint kind;            // IR_ANALYTIC_*
-    float ux, uy, uz;     // disk: half axis u divided by its squared length; sphere: unit x axis of its uv frame
+    float px, py, pz;  // centre
+    float radius;      // sphere: radius; disk: unused
+    float nx, ny, nz;  // disk: unit normal
+    uint kind;         // IR_ANALYTIC_*
+    float ux, uy, uz;  // disk: half axis u divided by its squared length; sphere: unit x axis of its uv frame
     uint material;
-    float vx, vy, vz;     // disk: half axis v divided by its squared length; sphere: unit z axis (pole) of its uv frame
+    float vx, vy, vz;  // disk: half axis v divided by its squared length; sphere: unit z axis (pole) of its uv frame
     int light;
-    float sign;           // sphere: +1 outward normals, -1 if flip_normals
+    float sign;  // sphere: +1 outward normals, -1 if flip_normals
     float pad0, pad1, pad2;
-} Analytic;               // 80 bytes
+} Analytic;  // 80 bytes
 
 // ---- appearance -------------------------------------------------------------------------------------------------
 #define IR_MATERIAL_DIFFUSE 0u
 #define IR_MATERIAL_TWOSIDED 0x1u  // flag: both sides reflect; otherwise the back (against the normal) is black
 typedef struct Material {
-    uint kind;            // IR_MATERIAL_DIFFUSE
-    uint flags;           // IR_MATERIAL_TWOSIDED
-    int texture;          // reflectance texture (replaces r, g, b) or IR_NO_TEXTURE
+    uint kind;    // IR_MATERIAL_DIFFUSE
+    uint flags;   // IR_MATERIAL_TWOSIDED
+    int texture;  // reflectance texture (replaces r, g, b) or IR_NO_TEXTURE
     uint pad0;
-    float r, g, b;        // reflectance, linear, [0, 1]
+    float r, g, b;  // reflectance, linear, [0, 1]
     float pad1;
-} Material;               // 32 bytes
+} Material;  // 32 bytes
 
 #define IR_TEXTURE_RGBA8_SRGB 0u    // one uint a texel, sRGB transfer function, R in the low byte
 #define IR_TEXTURE_RGBA8_LINEAR 1u  // one uint a texel, linear
@@ -69,14 +69,14 @@ typedef struct Material {
 #define IR_FILTER_BILINEAR 0u
 #define IR_FILTER_NEAREST 1u
 typedef struct Texture {
-    uint offset;          // first uint in the texel array
+    uint offset;  // first uint in the texel array
     uint width, height;
-    uint format;          // IR_TEXTURE_*
-    uint wrap, filter;    // IR_WRAP_*, IR_FILTER_*
+    uint format;        // IR_TEXTURE_*
+    uint wrap, filter;  // IR_WRAP_*, IR_FILTER_*
     uint pad0, pad1;
     float m00, m01, m02, pad2;  // uv' = M (u, v, 1)^T  (to_uv)
     float m10, m11, m12, pad3;
-} Texture;                // 64 bytes
+} Texture;  // 64 bytes
 
 // ---- light ------------------------------------------------------------------------------------------------------
 #define IR_LIGHT_QUAD 0u         // parallelogram p + a e1 + b e2, a, b in [0,1]
@@ -88,48 +88,49 @@ typedef struct Texture {
 #define IR_LIGHT_CONSTANT 6u     // environment of constant radiance (r,g,b) W·m⁻²·sr⁻¹
 typedef struct Light {
     float px, py, pz;
-    uint kind;            // IR_LIGHT_*
+    uint kind;  // IR_LIGHT_*
     float e1x, e1y, e1z;
-    float area;           // m²; 0 for point, directional, constant
+    float area;  // m²; 0 for point, directional, constant
     float e2x, e2y, e2z;
     float radius;
-    float nx, ny, nz;     // unit emitting-side normal (area lights emit to this side only); sphere: nx = +1 outward, -1 inward
-    float probability;    // of being chosen, proportional to power; all sum to 1
-    float r, g, b;        // radiance W·m⁻²·sr⁻¹ (or as the kind says)
-    float cdf;            // inclusive running sum of probability; the last is exactly 1
-} Light;                  // 80 bytes
+    float nx, ny,
+        nz;  // unit emitting-side normal (area lights emit to this side only); sphere: nx = +1 outward, -1 inward
+    float probability;  // of being chosen, proportional to power; all sum to 1
+    float r, g, b;      // radiance W·m⁻²·sr⁻¹ (or as the kind says)
+    float cdf;          // inclusive running sum of probability; the last is exactly 1
+} Light;                // 80 bytes
 
 // ---- camera, film, the rest -------------------------------------------------------------------------------------
 // Ray through film position (x, y) in [0,1]^2, y down: direction = normalize(corner + x dx + y dy).
 typedef struct Camera {
-    float ox, oy, oz;         // origin
-    float near_clip;          // along the view axis, world units
+    float ox, oy, oz;  // origin
+    float near_clip;   // along the view axis, world units
     float cornerx, cornery, cornerz;
     float far_clip;
     float dxx, dxy, dxz;
-    float pixel_size;         // edge of a pixel on the plane at unit view depth (geometric mean of both edges)
+    float pixel_size;  // edge of a pixel on the plane at unit view depth (geometric mean of both edges)
     float dyx, dyy, dyz;
     float pad0;
     float forwardx, forwardy, forwardz;  // unit view axis
     float pad1;
-} Camera;                     // 80 bytes
+} Camera;  // 80 bytes
 
 #define IR_RFILTER_BOX 0u
 #define IR_RFILTER_TENT 1u
 #define IR_RFILTER_GAUSSIAN 2u
 typedef struct SceneInfo {
     Camera camera;
-    uint width, height;       // pixels
-    uint rfilter;             // IR_RFILTER_*
-    float rfilter_radius;     // pixels (box .5; tent: radius; gaussian: 4 standard deviations, Mitsuba's)
-    float rfilter_stddev;     // gaussian, pixels
+    uint width, height;    // pixels
+    uint rfilter;          // IR_RFILTER_*
+    float rfilter_radius;  // pixels (box .5; tent: radius; gaussian: 4 standard deviations, Mitsuba's)
+    float rfilter_stddev;  // gaussian, pixels
     uint triangle_count, analytic_count, light_count;
-    int environment_light;    // index of the constant light or IR_NO_LIGHT
-    float diagonal;           // of the bounding box of all surfaces, world units
+    int environment_light;  // index of the constant light or IR_NO_LIGHT
+    float diagonal;         // of the bounding box of all surfaces, world units
     float pad0, pad1;
     float min_x, min_y, min_z, pad2;  // bounds after centring
     float max_x, max_y, max_z, pad3;
-} SceneInfo;                  // 160 bytes
+} SceneInfo;  // 160 bytes
 
 // ---- acceleration structure -------------------------------------------------------------------------------------
 // A child reference: inner node: its index. Leaf: IR_LEAF | kind | count << 24 | first, where
@@ -138,38 +139,46 @@ typedef struct SceneInfo {
 #define IR_LEAF 0x80000000u
 #define IR_LEAF_ANALYTIC 0x40000000u
 #define IR_LEAF_COUNT(ref) (((ref) >> 24) & 0x3fu)
-#define IR_LEAF_FIRST(ref) ((ref) & 0x00ffffffu)
+#define IR_LEAF_FIRST(ref) ((ref)&0x00ffffffu)
 #define IR_EMPTY 0xffffffffu
 
 // Depths that build_accel() guarantees (nodes on the longest way down): the traversal stacks are sized by them.
 #define IR_BVH8_MAX_DEPTH 24
 #define IR_BVH2_MAX_DEPTH 64
 
-typedef struct Bvh8Node {     // CPU devices: eight children, boxes as structure of arrays; empty children are inverted boxes
+typedef struct Bvh8Node {  // CPU devices: eight children, boxes as structure of arrays; empty children are inverted
+                           // boxes
     float lo_x[8], lo_y[8], lo_z[8], hi_x[8], hi_y[8], hi_z[8];
-    uint child[8];            // children first, then IR_EMPTY
-    uint count;               // how many children
+    uint child[8];  // children first, then IR_EMPTY
+    uint count;     // how many children
     uint pad[7];
-} Bvh8Node;                   // 256 bytes
+} Bvh8Node;  // 256 bytes
 
 typedef struct TriangleBlock {  // CPU devices: eight triangles; unused slots are degenerate and never hit
     // Vertices rather than edges, so that neighbours see the very same end points and no ray leaks between them.
     float v0x[8], v0y[8], v0z[8], v1x[8], v1y[8], v1z[8], v2x[8], v2y[8], v2z[8];
     uint primitive[8];
-} TriangleBlock;              // 320 bytes
+} TriangleBlock;  // 320 bytes
 
-typedef struct Bvh2Node {     // GPU devices: both children's boxes in one 64-byte node
-    float lo0x, lo0y, lo0z; uint child0;
-    float hi0x, hi0y, hi0z; uint child1;
-    float lo1x, lo1y, lo1z; uint pad0;
-    float hi1x, hi1y, hi1z; uint pad1;
-} Bvh2Node;                   // 64 bytes
+typedef struct Bvh2Node {  // GPU devices: both children's boxes in one 64-byte node
+    float lo0x, lo0y, lo0z;
+    uint child0;
+    float hi0x, hi0y, hi0z;
+    uint child1;
+    float lo1x, lo1y, lo1z;
+    uint pad0;
+    float hi1x, hi1y, hi1z;
+    uint pad1;
+} Bvh2Node;  // 64 bytes
 
 typedef struct TrianglePacked {  // GPU devices: the three vertices
-    float v0x, v0y, v0z; uint primitive;
-    float v1x, v1y, v1z; uint pad0;
-    float v2x, v2y, v2z; uint pad1;
-} TrianglePacked;             // 48 bytes
+    float v0x, v0y, v0z;
+    uint primitive;
+    float v1x, v1y, v1z;
+    uint pad0;
+    float v2x, v2y, v2z;
+    uint pad1;
+} TrianglePacked;  // 48 bytes
 
 // ---- what a scene needs: kernels are specialised by these (-D IR_FEATURES=...) -----------------------------------
 #define IR_FEATURE_TEXTURES 0x1u        // any bitmap texture
