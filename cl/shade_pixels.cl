@@ -103,6 +103,7 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const uint* 
     pixel_store(&sum, film, slot);
     points[slot].state = IR_POINT_NONE;
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
 }
 

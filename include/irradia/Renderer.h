@@ -36,6 +36,7 @@ struct RenderSettings {
     bool neighbour_clamp = true;    ///< theory 4.4
     bool gradient_limit = true;     ///< R <= E / |grad_t E|, theory 4.4
     bool in_front = true;           ///< (1.10), theory 4.3
+    bool direct_mis = true;         ///< direct light by light and BSDF samples (MIS); false: light samples alone
     bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
     float overlap = 2.0f;           ///< supports reach this much farther than the spacing at which records are placed:
                                     ///< more records are averaged, at no more records

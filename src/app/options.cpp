@@ -228,6 +228,8 @@ void declare_rendering(CLI::App& app, Options& o) {
               "Let a record reach further than its neighbours' radii and distances allow");
     cache.off("--no-gradient-limit", s.gradient_limit, "Let a record reach further than E / |gradient|");
     cache.off("--no-in-front", s.in_front, "Use records that lie in front of the point (1.10)");
+    cache.off("--no-direct-mis", s.direct_mis,
+              "Direct light by light samples alone: faster, but grainy on surfaces that meet an emitter");
     cache.off("--no-share-lookups", s.share_lookups,
               "Look into the cache for every sample, not once for the samples of a pixel on one smooth patch");
 }

@@ -48,6 +48,7 @@ Json settings_json(const Options& o, int spp) {
             {"neighbour_clamp", s.neighbour_clamp},
             {"gradient_limit", s.gradient_limit},
             {"in_front", s.in_front},
+            {"direct_mis", s.direct_mis},
             {"share_lookups", s.share_lookups},
             {"aovs", s.aovs}};
 }

@@ -26,7 +26,8 @@ void render_gather(Run& run, Film& film) {
     for (std::uint32_t sample = 0; sample < run.spp(); ++sample) {
         for (std::size_t first = 0; first < film.pixels(); first += chunk) {
             const std::size_t count = std::min(chunk, film.pixels() - first);
-            run.scene_kernel("gather_pixels.cl", "gather_points", {})
+            run.scene_kernel("gather_pixels.cl", "gather_points",
+                             {{"IR_DIRECT_MIS", run.settings.direct_mis ? "1" : "0"}})
                 .arg(buffer)
                 .arg(points)
                 .arg(albedos)

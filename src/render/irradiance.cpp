@@ -49,6 +49,7 @@ public:
           seed_(run.seed()),
           chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
         defines_ = cache_.defines();
+        defines_["IR_DIRECT_MIS"] = run.settings.direct_mis ? "1" : "0";
         defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
     }
 
