@@ -43,8 +43,13 @@ IR_FN real3 indirect_tile(const Cache* cache, const TileSample* samples, uint co
         if (((done >> i) & 1u) || !wants_lookup(&samples[i])) continue;
         const Patch patch = take_patch(samples, i, count, pixel_size * hits[i].t, &done);
         real3 e;
-        // Where the centroid found nothing a record was made at the first sample's own place.
-        if (!cache_lookup(cache, patch.centroid, samples[i].n, &e)) cache_lookup(cache, samples[i].p, samples[i].n, &e);
+        // Where the centroid found nothing a record was made at the first sample's own place. Rounding may group the
+        // samples of a curved surface otherwise than find_uncovered did: then another of them is covered.
+        bool found = cache_lookup(cache, patch.centroid, samples[i].n, &e) ||
+                     cache_lookup(cache, samples[i].p, samples[i].n, &e);
+        for (uint j = 0; j < count && !found; ++j)
+            if (wants_lookup(&samples[j]) && dot(samples[i].n, samples[j].n) > 0.9f)
+                found = cache_lookup(cache, samples[j].p, samples[j].n, &e);
         indirect += patch.albedo_sum * e * IR_INV_PI;
     }
     return indirect;
