@@ -6,14 +6,11 @@
 #define IR_PACKET_MIN_NODE 7  // with fewer active rays a node is left to single rays, which was measured to be faster;
 #define IR_PACKET_MIN_LEAF 2  // a leaf pays sooner
 
-// Halves by way of memory: compilers make the same instructions of it as of .lo and .hi, which oclgrind mistakes for
-// uninitialised values.
 IR_FN float largest16(float16 a) {
-    float v[16], w[8];
-    vstore16(a, 0, v);
-    vstore8(max(vload8(0, v), vload8(1, v)), 0, w);
-    const float4 b = max(vload4(0, w), vload4(1, w));
-    return max(max(b.x, b.y), max(b.z, b.w));
+    const float8 b = max(a.lo, a.hi);
+    const float4 c = max(b.lo, b.hi);
+    const float2 d = max(c.lo, c.hi);
+    return max(d.x, d.y);
 }
 
 typedef struct Lanes16 {
