@@ -14,7 +14,7 @@ public:
     HemisphereSampler(Run& run, bool with_gradients);
 
     /// Samples points[stack[i]], i < count, into keys/values[first_record + i]; hemisphere i draws the random numbers
-    /// of index first_index + i. Large stacks are cut into launches; calls `between` after each.
+    /// of index first_index + i.
     void sample(const Buffer& points, const Buffer& stack, std::size_t count, const Buffer& keys, const Buffer& values,
                 std::uint32_t first_record, std::uint32_t first_index);
 
