@@ -87,6 +87,8 @@ public:
     [[nodiscard]] std::size_t tile() const noexcept;    ///< rays of one packet: IR_TILE of trace.h
     [[nodiscard]] std::size_t group_size()
         const noexcept;  ///< items of a hemisphere's work-group: 64 on CPUs, 128 on GPUs
+    [[nodiscard]] std::size_t pixel_group()
+        const noexcept;  ///< items of the one-item-a-pixel kernels' groups: 16 on CPUs, 64 (two warps) on GPUs
 
     /// Kernel `name` of cl/`file` (embedded, or an absolute path), compiled with `defines` ("IR_M" -> "16"); programs
     /// are cached by (file, defines). If the environment variable IRRADIA_CL_DIR names a folder, its files are taken

@@ -188,6 +188,7 @@ const DeviceDescription& Device::description() const noexcept { return impl_->se
 bool Device::cpu_traversal() const noexcept { return impl_->cpu_traversal; }
 std::size_t Device::tile() const noexcept { return impl_->cpu_traversal ? 16 : 1; }
 std::size_t Device::group_size() const noexcept { return impl_->cpu_traversal ? 64 : 128; }
+std::size_t Device::pixel_group() const noexcept { return impl_->cpu_traversal ? 16 : 64; }
 
 Kernel Device::kernel(const std::string& file, const std::string& name,
                       const std::map<std::string, std::string>& defines) {

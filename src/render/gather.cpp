@@ -37,7 +37,7 @@ void render_gather(Run& run, Film& film) {
                 .arg(sample)
                 .arg(run.edges_beyond_camera())
                 .arg(run.seed())
-                .run(group_count(count, pixel_group), pixel_group);
+                .run(group_count(count, run.device.pixel_group()), run.device.pixel_group());
             run.device.read(points, host_points.data(), count * sizeof(shared::ShadingPoint));
             std::vector<std::uint32_t> indices;
             for (std::uint32_t i = 0; i < count; ++i)
@@ -54,7 +54,7 @@ void render_gather(Run& run, Film& film) {
                     .arg(values)
                     .arg(static_cast<std::uint32_t>(film.channels()))
                     .arg(static_cast<std::uint32_t>(indices.size()))
-                    .run(group_count(indices.size(), pixel_group), pixel_group);
+                    .run(group_count(indices.size(), run.device.pixel_group()), run.device.pixel_group());
             }
             run.device.read(buffer, sums.data(), count * film.channels() * sizeof(float));
             film.add(sums, first, count, 1);

@@ -98,7 +98,7 @@ private:
                 .arg(pixel.y)
                 .arg(blocks_x)
                 .arg(static_cast<std::uint32_t>(blocks))
-                .run(group_count(blocks, pixel_group), pixel_group);
+                .run(group_count(blocks, run_.device.pixel_group()), run_.device.pixel_group());
             run_.device.read(points, host.data(), blocks * sizeof host[0]);
             run_.statistics.rays["camera"] += blocks;
             RecordStack stack;
@@ -142,7 +142,7 @@ private:
                     .arg(samples)
                     .arg(run_.edges_beyond_camera())
                     .arg(seed_)
-                    .run(group_count(part.size(), pixel_group), pixel_group);
+                    .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
                 if (coverage) {
                     run_.device.read(points, host.data(), part.size() * sizeof host[0]);
                     for (std::size_t i = 0; i < part.size(); ++i)

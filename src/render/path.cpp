@@ -32,7 +32,7 @@ void render_path(Run& run, Film& film) {
                 .arg(samples)
                 .arg(run.edges_beyond_camera())
                 .arg(run.seed())
-                .run(group_count(count, pixel_group), pixel_group);
+                .run(group_count(count, run.device.pixel_group()), run.device.pixel_group());
             run.device.read(buffer, sums.data(), count * film.channels() * sizeof(float));
             film.add(sums, first, count, samples);
             run.collect_rays();

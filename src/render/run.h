@@ -50,8 +50,6 @@ private:
     Buffer nodes_, leaves_, analytics_, triangles_, vertices_, materials_, textures_, texels_, lights_, info_;
 };
 
-/// Work-items of the one-item-a-pixel kernels.
-constexpr std::size_t pixel_group = 16;
 /// Groups of `size` that cover `count` items.
 constexpr std::size_t group_count(std::size_t count, std::size_t size) { return (count + size - 1) / size; }
 
