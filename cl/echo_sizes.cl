@@ -1,6 +1,7 @@
 // Writes the size of every struct that host and device share, and the offsets of some of its members: a test holds
 // them against the host's, so that no compiler's layout can drift apart unnoticed.
 #include "portable.h"
+#include "irradia/shared/grid_types.h"
 #include "irradia/shared/record_types.h"
 #include "irradia/shared/scene_types.h"
 
@@ -77,6 +78,13 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(CacheParameters, stretch);
     sizes[n++] = (uint)sizeof(RecordParameters);
     sizes[n++] = IR_OFFSET(RecordParameters, accuracy);
-    sizes[n++] = IR_OFFSET(RecordParameters, clamp_slope);
     sizes[n++] = IR_OFFSET(RecordParameters, tau);
+    sizes[n++] = (uint)sizeof(GridParameters);
+    sizes[n++] = IR_OFFSET(GridParameters, unit);
+    sizes[n++] = IR_OFFSET(GridParameters, slots);
+    sizes[n++] = (uint)sizeof(GridSum);
+    sizes[n++] = IR_OFFSET(GridSum, samples);
+    sizes[n++] = IR_OFFSET(GridSum, b);
+    sizes[n++] = (uint)sizeof(GridCell);
+    sizes[n++] = IR_OFFSET(GridCell, b);
 }

@@ -18,6 +18,6 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL ShadingPoint*
     const Hit hit = trace_closest(&s, origin, ray.direction, ray.t_min, ray.t_max);
     if (hit.primitive == IR_NO_PRIMITIVE) return;
     const Surface f = surface_at(&s, origin, ray.direction, &hit);
-    if (!wants_irradiance(&f) || cache_covers(&cache, f.p, f.ns)) return;
+    if (!reflects(&f) || cache_covers(&cache, f.p, f.ns)) return;
     points[block] = make_shading_point(info, &f, ray.direction, hit.t, y * info->width + x);
 }

@@ -21,7 +21,7 @@ IR_KERNEL void gather_points(IR_SCENE_ARGS, IR_GLOBAL float* film, IR_GLOBAL Sha
     pixel_store(&sum, film, slot);
     const real3 albedo = samples[0].albedo;
     points[slot].state = IR_POINT_NONE;
-    if (edges >= 2u && max(max(albedo.x, albedo.y), albedo.z) > 0.0f) {
+    if (edges >= 2u && !is_zero(albedo)) {
         points[slot] = sample_point(&s, pixel, sample, &hits[0], seed);
         albedos[3u * slot] = albedo.x;
         albedos[3u * slot + 1u] = albedo.y;

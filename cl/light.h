@@ -2,6 +2,7 @@
 // include the choice of the light, so that they can be weighed against a BSDF's density.
 #ifndef IR_LIGHT_H
 #define IR_LIGHT_H
+#include "solid_angle.h"
 #include "surface.h"
 
 typedef struct LightSample {
@@ -32,6 +33,54 @@ IR_FN uint choose_light(const SceneData* s, float* u) {
 
 // 1 - cos of a sphere light's cone, from sin² of its half angle, without cancellation.
 IR_FN float cone_height(float sin2) { return sin2 / (1.0f + sqrt(max(1.0f - sin2, 0.0f))); }
+
+// Quads and triangles are sampled uniformly in solid angle by receivers that are near and see them under at least this
+// (sr); farther away cos/r² hardly varies over the light, and area sampling costs less.
+#define IR_LEAST_SOLID_ANGLE 0.01f
+
+// Is p nearer to the light's centre than about three half diagonals, and on its emitting side?
+IR_FN bool is_near_light(const Light* l, real3 p) {
+    if (l->kind != IR_LIGHT_QUAD && l->kind != IR_LIGHT_TRIANGLE) return false;
+    const real3 e1 = make_real3(l->e1x, l->e1y, l->e1z), e2 = make_real3(l->e2x, l->e2y, l->e2z);
+    const real3 from = p - make_real3(l->px, l->py, l->pz);
+    const real3 d = from - (e1 + e2) * (l->kind == IR_LIGHT_QUAD ? 0.5f : 0.33333333f);
+    return dot(d, d) < 2.0f * (dot(e1, e1) + dot(e2, e2)) && dot(from, make_real3(l->nx, l->ny, l->nz)) > 0.0f;
+}
+
+// Solid angle in which p samples the light; 0: by area.
+IR_FN float sampled_solid_angle(const Light* l, real3 p) {
+    if (!is_near_light(l, p)) return 0.0f;
+    const real3 v = make_real3(l->px, l->py, l->pz);
+    const real3 e1 = make_real3(l->e1x, l->e1y, l->e1z), e2 = make_real3(l->e2x, l->e2y, l->e2z);
+    const float angle = l->kind == IR_LIGHT_QUAD ? spherical_rectangle(p, v, e1, e2).solid_angle
+                                                 : spherical_triangle(p, v, e1, e2).solid_angle;
+    return angle >= IR_LEAST_SOLID_ANGLE ? angle : 0.0f;
+}
+
+// Samples a light that is_near_light(); false: by area, please.
+IR_FN bool sample_near_light(const Light* l, real3 p, float u, float v, LightSample* sample) {
+    const real3 v0 = make_real3(l->px, l->py, l->pz), n = make_real3(l->nx, l->ny, l->nz);
+    const real3 e1 = make_real3(l->e1x, l->e1y, l->e1z), e2 = make_real3(l->e2x, l->e2y, l->e2z);
+    float angle;
+    if (l->kind == IR_LIGHT_QUAD) {
+        const SphericalRectangle q = spherical_rectangle(p, v0, e1, e2);
+        angle = q.solid_angle;
+        if (!(angle >= IR_LEAST_SOLID_ANGLE)) return false;
+        const real3 to_light = sample_spherical_rectangle(&q, u, v);
+        sample->distance = length(to_light);
+        sample->direction = to_light * (1.0f / sample->distance);
+    } else {
+        const SphericalTriangle t = spherical_triangle(p, v0, e1, e2);
+        angle = t.solid_angle;
+        if (!(angle >= IR_LEAST_SOLID_ANGLE)) return false;
+        sample->direction = sample_spherical_triangle(&t, u, v);
+        sample->distance = dot(v0 - p, n) / min(dot(sample->direction, n), -1e-7f);
+    }
+    sample->density = l->probability / angle;
+    sample->radiance = make_real3(l->r, l->g, l->b) * (angle / l->probability);
+    sample->valid = sample->distance > 0.0f;
+    return true;
+}
 
 // A sample of the light arriving at p (unit normal n: used by the constant environment only).
 IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
@@ -73,6 +122,7 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
         return sample;
     }
 #endif
+    if (is_near_light(&light, p) && sample_near_light(&light, p, u0, u1, &sample)) return sample;
     real3 point = position, normal = make_real3(light.nx, light.ny, light.nz);
 #if IR_FEATURES & IR_FEATURE_ANALYTIC
     if (light.kind == IR_LIGHT_SPHERE) {
@@ -134,15 +184,17 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
 // Density with which sample_light at p would have chosen the direction w that hit light `index` at `distance`, where
 // the light's emitting normal makes `cosine` = |n_light . w|. Per steradian.
 IR_FN float light_density(const SceneData* s, uint index, real3 p, float cosine, float distance) {
-    const IR_GLOBAL Light* light = &s->lights[index];
+    const Light light = s->lights[index];
 #if IR_FEATURES & IR_FEATURE_ANALYTIC
-    if (light->kind == IR_LIGHT_SPHERE) {
-        const real3 to_centre = make_real3(light->px, light->py, light->pz) - p;
-        const float square = dot(to_centre, to_centre), radius2 = light->radius * light->radius;
-        if (light->nx > 0.0f && square > radius2 * 1.0002f)
-            return light->probability / (2.0f * IR_PI * cone_height(radius2 / square));
+    if (light.kind == IR_LIGHT_SPHERE) {
+        const real3 to_centre = make_real3(light.px, light.py, light.pz) - p;
+        const float square = dot(to_centre, to_centre), radius2 = light.radius * light.radius;
+        if (light.nx > 0.0f && square > radius2 * 1.0002f)
+            return light.probability / (2.0f * IR_PI * cone_height(radius2 / square));
     }
 #endif
-    return light->probability * distance * distance / max(cosine * light->area, 1e-30f);
+    const float angle = sampled_solid_angle(&light, p);
+    if (angle > 0.0f) return light.probability / angle;
+    return light.probability * distance * distance / max(cosine * light.area, 1e-30f);
 }
 #endif

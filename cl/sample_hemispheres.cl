@@ -1,10 +1,14 @@
 // Stage 2 of an iteration: one work-group samples the hemisphere over one point of the record stack (1.2, 1.3) and
 // reduces it to a record: E, both gradients, the Hessian, the radius.
-//   1. Every work-item traces tiles of strata and continues each ray as a path; the cells go to local memory.
+//   1. Every work-item traces tiles of strata; where a ray hits, the irradiance grid is asked for the indirect light
+//      there, or the ray continues as a path; the cells go to local memory.
 //   2. After a barrier every work-item sums its cells and the two edges each cell owns; the group adds the sums up.
 //   3. One work-item makes the record.
-// Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT.
+// Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT, IR_GRID,
+// IR_DIRECT_MIS.
+#include "direct.h"
 #include "film.h"
+#include "irradiance_grid.h"
 #include "make_record.h"
 #include "path.h"
 #include "shading_point.h"
@@ -32,9 +36,74 @@ IR_FN uint tile_cell(uint tile, uint i) {
 #endif
 }
 
+// Random numbers of a cell's first light sample: 4x4 neighbouring cells, whose rays end close together, share out 4x4
+// strata of the light among them, turned at random from block to block.
+IR_FN void cell_light_numbers(uint cell, uint seed, uint record, Rng* rng, float* u, float* v) {
+    const uint j = cell / IR_N, k = cell % IR_N;
+    const uint turn = hash_uint(((j >> 2) * IR_N + (k >> 2)) ^ hash_uint(record ^ hash_uint(seed)));
+    const uint stratum = ((j & 3u) * 4u + (k & 3u)) ^ (turn & 15u);
+    *u = min(((float)(stratum >> 2) + rng_real(rng)) * 0.25f, 0.99999994f);
+    *v = min(((float)(stratum & 3u) + rng_real(rng)) * 0.25f, 0.99999994f);
+}
+
+// Light that surface f reflects to the ray of length `distance` that hit it: path traced, until the grid answers.
+IR_FN real3 path_radiance(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells, Surface f,
+                          float distance, uint edges, Rng* rng, RayCount* rays) {
+    real3 sum = make_real3(0.0f, 0.0f, 0.0f);
+#if IR_GRID
+    PathState path = path_from(f, distance);
+    for (uint bounce = 0; path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, &sum); ++bounce) {
+        real3 irradiance;
+        f = path.surface;
+        if (!reflects(&f) || !grid_lookup(grid, grid_cells, f.p, f.ns, path.distance, rng, &irradiance)) continue;
+        const real3 arrives = direct_radiance(s, &f, rng, rays) + irradiance * IR_INV_PI;
+        return sum + path.throughput * f.albedo * arrives;
+    }
+#else
+    reflected_radiance(s, f, edges, rng, rays, &sum, &sum);
+#endif
+    return sum;
+}
+
+// Light that the surfaces hit by a tile's rays reflect back along them; hits that the grid answers share one packet of
+// shadow rays.
+IR_FN void tile_radiance(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
+                         const Surface* surfaces, const Hit* hits, uint tile, uint count, uint record, uint edges,
+                         uint seed, real3* radiance, RayCount* rays) {
+    Surface answered[IR_TILE];
+    float u[IR_TILE], v[IR_TILE];
+    uint from[IR_TILE], indices[IR_TILE], answers = 0u;
+    for (uint i = 0; i < count; ++i) {
+        radiance[i] = make_real3(0.0f, 0.0f, 0.0f);
+        if (hits[i].primitive == IR_NO_PRIMITIVE || !reflects(&surfaces[i])) continue;
+        const uint cell = tile_cell(tile, i);
+        Rng rng = rng_make(seed ^ 0x68656d69u, record, cell);
+#if IR_GRID  // the first look-up of path_radiance, so that its direct light shares a packet
+        real3 irradiance;
+        if (grid_lookup(grid, grid_cells, surfaces[i].p, surfaces[i].ns, hits[i].t, &rng, &irradiance)) {
+            radiance[i] = irradiance * IR_INV_PI;
+            cell_light_numbers(cell, seed, record, &rng, &u[answers], &v[answers]);
+            answered[answers] = surfaces[i];
+            indices[answers] = cell;
+            from[answers++] = i;
+            continue;
+        }
+#endif
+        // What the hit emits itself is direct light at the record, which is computed elsewhere.
+        radiance[i] = path_radiance(s, grid, grid_cells, surfaces[i], hits[i].t, edges, &rng, rays);
+    }
+#if IR_GRID
+    real3 direct[IR_TILE];
+    direct_tile(s, answered, answers, u, v, seed, record, indices, direct, rays);
+    for (uint i = 0; i < answers; ++i)
+        radiance[from[i]] = surfaces[from[i]].albedo * (radiance[from[i]] + direct[i]);
+#endif
+}
+
 // Traces one tile of strata from q and stores its cells.
-IR_FN void sample_tile(const SceneData* s, const ShadingPoint* q, uint record, uint tile, uint edges, uint seed,
-                       IR_LOCAL float* cells, RayCount* rays) {
+IR_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
+                       const ShadingPoint* q, uint record, uint tile, uint edges, uint seed, IR_LOCAL float* cells,
+                       RayCount* rays) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const real3 g = make_real3(q->gx, q->gy, q->gz);
     const real3 p = make_real3(q->px, q->py, q->pz);
@@ -42,6 +111,8 @@ IR_FN void sample_tile(const SceneData* s, const ShadingPoint* q, uint record, u
     const uint count = min((uint)IR_TILE, (uint)IR_CELLS - tile * IR_TILE);
     float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];
     Hit hits[IR_TILE];
+    Surface surfaces[IR_TILE];
+    real3 radiance[IR_TILE];
     for (uint i = 0; i < count; ++i) {
         const uint cell = tile_cell(tile, i);
         Rng rng = rng_make(seed, record, cell);
@@ -56,7 +127,6 @@ IR_FN void sample_tile(const SceneData* s, const ShadingPoint* q, uint record, u
     }
     trace_tile(s, origin, dx, dy, dz, count, 0.0f, hits);
     for (uint i = 0; i < count; ++i) {
-        const uint cell = tile_cell(tile, i);
         const real3 w = make_real3(dx[i], dy[i], dz[i]);
         real3 start = origin;
 #if IR_FEATURES & IR_FEATURE_SMOOTH_NORMALS
@@ -65,23 +135,20 @@ IR_FN void sample_tile(const SceneData* s, const ShadingPoint* q, uint record, u
             hits[i] = trace_closest(s, start, w, 0.0f, IR_INFINITY);
         }
 #endif
-        real3 radiance = make_real3(0.0f, 0.0f, 0.0f), normal = make_real3(0.0f, 0.0f, 1.0f);
-        float distance = IR_INFINITY;
-        if (hits[i].primitive != IR_NO_PRIMITIVE) {
-            const Surface f = surface_at(s, start, w, &hits[i]);
-            distance = hits[i].t;
-            normal = to_local(frame, f.ng);
-            Rng rng = rng_make(seed ^ 0x68656d69u, record, cell);
-            // What the hit emits itself is direct light at q, which is computed elsewhere.
-            reflected_radiance(s, f, edges, &rng, rays, &radiance, &radiance);
-        }
-        cells[2 * IR_CELLS + cell] = distance;
+        if (hits[i].primitive != IR_NO_PRIMITIVE) surfaces[i] = surface_at(s, start, w, &hits[i]);
+    }
+    tile_radiance(s, grid, grid_cells, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
+    for (uint i = 0; i < count; ++i) {
+        const uint cell = tile_cell(tile, i);
+        const bool hit = hits[i].primitive != IR_NO_PRIMITIVE;
+        const real3 normal = hit ? to_local(frame, surfaces[i].ng) : make_real3(0.0f, 0.0f, 1.0f);
+        cells[2 * IR_CELLS + cell] = hit ? hits[i].t : IR_INFINITY;
         cells[3 * IR_CELLS + cell] = normal.x;
         cells[4 * IR_CELLS + cell] = normal.y;
         cells[5 * IR_CELLS + cell] = normal.z;
-        cells[6 * IR_CELLS + cell] = radiance.x;
-        cells[7 * IR_CELLS + cell] = radiance.y;
-        cells[8 * IR_CELLS + cell] = radiance.z;
+        cells[6 * IR_CELLS + cell] = radiance[i].x;
+        cells[7 * IR_CELLS + cell] = radiance[i].y;
+        cells[8 * IR_CELLS + cell] = radiance[i].z;
     }
 }
 
@@ -126,18 +193,20 @@ IR_FN HemisphereSums sum_cells(const IR_LOCAL float* cells, uint first, RecordPa
 IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack,
                                   IR_GLOBAL const float* ring_weights, IR_GLOBAL RecordKey* record_keys,
                                   IR_GLOBAL RecordValue* record_values, IR_GLOBAL uint* ray_counts,
-                                  RecordParameters parameters, uint first_record, uint first_index, uint edges,
-                                  uint seed) {
+                                  IR_GLOBAL const GridCell* grid_cells, GridParameters grid,
+                                  RecordParameters parameters, uint first_record, uint salt, uint edges, uint seed) {
     IR_LOCAL_ARRAY(float, scratch, IR_SCRATCH);
     const uint item = IR_LOCAL_ID;
     const uint record = first_record + IR_GROUP_ID;  // where the record is stored
-    const uint index = first_index + IR_GROUP_ID;    // what its random numbers are a function of
     IR_SCENE_INIT(s);
     const ShadingPoint q = points[stack[IR_GROUP_ID]];
+    // What its random numbers are a function of: the pixel, so that records elsewhere do not change them. (`salt` tells
+    // records of one pixel apart.)
+    const uint index = q.pixel ^ hash_uint(salt);
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     for (uint tile = item; tile < IR_TILES; tile += IR_GROUP)
-        sample_tile(&s, &q, index, tile, edges, seed, scratch, &rays);
+        sample_tile(&s, &grid, grid_cells, &q, index, tile, edges, seed, scratch, &rays);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
     if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);

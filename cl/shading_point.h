@@ -4,8 +4,6 @@
 #include "irradia/shared/record_types.h"
 #include "surface.h"
 
-IR_FN bool wants_irradiance(const Surface* f) { return max(max(f->albedo.x, f->albedo.y), f->albedo.z) > 0.0f; }
-
 // Edge of a pixel on the surface: its size at that depth, over the root of the cosine (the projected area is 1 / cos),
 // which is kept above .1 so that grazing surfaces do not get huge records.
 IR_FN float pixel_footprint(const IR_GLOBAL SceneInfo* info, real3 direction, float t, real3 ng) {

@@ -90,6 +90,11 @@ IR_FN Surface surface_at(const SceneData* s, real3 origin, real3 direction, cons
     return f;
 }
 
+IR_FN bool is_zero(real3 rgb) { return !(max(max(rgb.x, rgb.y), rgb.z) > 0.0f); }
+
+// Does the side seen reflect anything: is there direct and indirect light to be computed?
+IR_FN bool reflects(const Surface* f) { return !is_zero(f->albedo); }
+
 // Origin of a ray that leaves `f` in direction w.
 IR_FN real3 leave_surface(const Surface* f, real3 w) {
     return f->p + f->ng * (dot(w, f->ng) < 0.0f ? -f->error : f->error);

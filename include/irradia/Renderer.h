@@ -20,6 +20,11 @@ enum class Method {
 enum class GradientRule { none, ward, crease };        ///< theory 3.2, 3.3
 enum class RadiusRule { harmonic, minimum, hessian };  ///< (1.14), (1.15), theory 6
 enum class WeightRule { ward, tabellion };             ///< (1.8), (1.11)-(1.13)
+enum class DirectMis {
+    automatic,  ///< on, unless the scene's only light is one that can be sampled in solid angle
+    on,         ///< direct light by light and BSDF samples, weighed against each other
+    off         ///< light samples alone
+};
 
 /// What is asked of a render. Defaults are stated here and nowhere else.
 struct RenderSettings {
@@ -33,13 +38,16 @@ struct RenderSettings {
     GradientRule gradients = GradientRule::crease;
     RadiusRule radius = RadiusRule::hessian;
     WeightRule weight = WeightRule::ward;
-    bool neighbour_clamp = true;    ///< theory 4.4
-    bool gradient_limit = true;     ///< R <= E / |grad_t E|, theory 4.4
-    bool in_front = true;           ///< (1.10), theory 4.3
-    bool direct_mis = true;         ///< direct light by light and BSDF samples (MIS); false: light samples alone
+    bool neighbour_clamp = true;                  ///< theory 4.4
+    bool gradient_limit = true;                   ///< R <= E / |grad_t E|, theory 4.4
+    bool in_front = true;                         ///< (1.10), theory 4.3
+    DirectMis direct_mis = DirectMis::automatic;  ///< where direct light and a look-up meet; path always uses both
     bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
     float overlap = 2.0f;           ///< supports reach this much farther than the spacing at which records are placed:
                                     ///< more records are averaged, at no more records
+    bool grid = true;               ///< irradiance: hemisphere rays end in the irradiance grid (cl/irradiance_grid.h);
+                                    ///< false: they go on as paths, unbiased and slower
+    int grid_paths = 1 << 18;       ///< paths that fill the grid
     float min_spacing = 1.5f;       ///< least support of a record, pixels
     float max_spacing = 30.0f;      ///< largest support of a record, pixels
     std::vector<std::string> aovs;  ///< of aov_names()
@@ -49,7 +57,7 @@ struct RenderSettings {
 const std::vector<std::string>& aov_names();
 
 struct Progress {
-    std::string stage;    ///< "records", "fill", "shade", "gather", "path"
+    std::string stage;    ///< "grid", "records", "fill", "shade", "gather", "path"
     double fraction = 0;  ///< of the whole render, 0..1
     std::uint64_t records = 0;
     std::uint64_t rays = 0;

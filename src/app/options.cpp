@@ -32,6 +32,11 @@ const Names<WeightRule>& weight_names() {
     static const Names<WeightRule> names = {{WeightRule::ward, "ward"}, {WeightRule::tabellion, "tabellion"}};
     return names;
 }
+const Names<DirectMis>& direct_mis_names() {
+    static const Names<DirectMis> names = {
+        {DirectMis::automatic, "auto"}, {DirectMis::on, "on"}, {DirectMis::off, "off"}};
+    return names;
+}
 
 namespace {
 
@@ -228,8 +233,16 @@ void declare_rendering(CLI::App& app, Options& o) {
               "Let a record reach further than its neighbours' radii and distances allow");
     cache.off("--no-gradient-limit", s.gradient_limit, "Let a record reach further than E / |gradient|");
     cache.off("--no-in-front", s.in_front, "Use records that lie in front of the point (1.10)");
-    cache.off("--no-direct-mis", s.direct_mis,
-              "Direct light by light samples alone: faster, but grainy on surfaces that meet an emitter");
+    cache.choice(
+        "--direct-mis", s.direct_mis, direct_mis_names(),
+        "Direct light by light samples alone (off), or by BSDF samples too (on): less grain where one of several "
+        "lights is near; auto: on if the scene has several");
+    cache.off("--no-grid", s.grid,
+              "Let hemisphere rays go on as paths instead of asking the irradiance grid for their second bounce: "
+              "unbiased, slower, and noisier");
+    cache.value("--grid-paths", s.grid_paths, "N", "Paths that fill the irradiance grid; its noise falls as 1/sqrt(N)")
+        ->check(CLI::Range(1, 1 << 28))
+        ->default_str(std::to_string(s.grid_paths));
     cache.off("--no-share-lookups", s.share_lookups,
               "Look into the cache for every sample, not once for the samples of a pixel on one smooth patch");
 }

@@ -48,7 +48,9 @@ Json settings_json(const Options& o, int spp) {
             {"neighbour_clamp", s.neighbour_clamp},
             {"gradient_limit", s.gradient_limit},
             {"in_front", s.in_front},
-            {"direct_mis", s.direct_mis},
+            {"direct_mis", name_of(direct_mis_names(), s.direct_mis)},
+            {"grid", s.grid},
+            {"grid_paths", s.grid_paths},
             {"share_lookups", s.share_lookups},
             {"aovs", s.aovs}};
 }

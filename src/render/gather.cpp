@@ -12,6 +12,7 @@ constexpr std::size_t pixels_a_launch = 1024;
 
 void render_gather(Run& run, Film& film) {
     HemisphereSampler hemispheres(run, false);
+    const IrradianceGrid no_grid(run);
     const std::size_t chunk = std::min(film.pixels(), pixels_a_launch);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
     Buffer points = run.device.allocate(chunk * sizeof(shared::ShadingPoint));
@@ -26,8 +27,7 @@ void render_gather(Run& run, Film& film) {
     for (std::uint32_t sample = 0; sample < run.spp(); ++sample) {
         for (std::size_t first = 0; first < film.pixels(); first += chunk) {
             const std::size_t count = std::min(chunk, film.pixels() - first);
-            run.scene_kernel("gather_pixels.cl", "gather_points",
-                             {{"IR_DIRECT_MIS", run.settings.direct_mis ? "1" : "0"}})
+            run.scene_kernel("gather_pixels.cl", "gather_points", {{"IR_DIRECT_MIS", run.direct_mis() ? "1" : "0"}})
                 .arg(buffer)
                 .arg(points)
                 .arg(albedos)
@@ -45,8 +45,7 @@ void render_gather(Run& run, Film& film) {
             if (!indices.empty()) {
                 run.device.write(stack, indices.data(), indices.size() * sizeof(std::uint32_t));
                 // Every (sample, pixel) draws its own numbers.
-                const auto index = static_cast<std::uint32_t>(sample * film.pixels() + first);
-                hemispheres.sample(points, stack, indices.size(), keys, values, 0, index);
+                hemispheres.sample(points, stack, indices.size(), no_grid, keys, values, 0, sample);
                 run.device.kernel("gather_pixels.cl", "gather_irradiance", run.scene_defines())
                     .arg(buffer)
                     .arg(albedos)

@@ -42,6 +42,7 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
                 {"IR_GROUP", std::to_string(group)},
                 {"IR_GRADIENT", std::to_string(gradient)},
                 {"IR_RADIUS", std::to_string(radius)},
+                {"IR_DIRECT_MIS", run.direct_mis() ? "1" : "0"},
                 {"IR_GRADIENT_LIMIT", settings.gradient_limit && gradient != 0 ? "1" : "0"}};
     const float a = settings.accuracy, diagonal = run.scene.info.diagonal;
     parameters_.accuracy = a;
@@ -52,7 +53,6 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
     parameters_.r_min = 1e-6f * diagonal;
     parameters_.r_max = 10.0f * diagonal;
     parameters_.overlap = settings.overlap;
-    parameters_.clamp_slope = neighbour_clamp_slope(settings);
     parameters_.diagonal = diagonal;
     std::vector<float> weights;
     for (std::uint32_t j = 0; j < m; ++j)
@@ -60,18 +60,17 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
     ring_weights_ = run.device.upload(weights);
 }
 
-void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const Buffer& keys,
-                               const Buffer& values, std::uint32_t first_record, std::uint32_t first_index) {
-    run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines_)
-        .arg(points)
-        .arg(stack)
-        .arg(ring_weights_)
-        .arg(keys)
-        .arg(values)
-        .arg(run_.ray_counters())
+void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,
+                               const Buffer& keys, const Buffer& values, std::uint32_t first_record,
+                               std::uint32_t salt) {
+    std::map<std::string, std::string> defines = grid.defines();
+    defines.insert(defines_.begin(), defines_.end());
+    Kernel kernel = run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines);
+    kernel.arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters());
+    grid.bind(kernel)
         .arg(parameters_)
         .arg(first_record)
-        .arg(first_index)
+        .arg(salt)
         .arg(run_.edges_beyond_hemisphere())
         .arg(run_.seed())
         .run(count, run_.device.group_size());

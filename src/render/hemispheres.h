@@ -4,6 +4,7 @@
 #include <string>
 
 #include "irradia/shared/record_types.h"
+#include "render/irradiance_grid.h"
 #include "render/run.h"
 
 namespace irradia {
@@ -13,10 +14,10 @@ public:
     /// `with_gradients` false: irradiance alone (plain gathering).
     HemisphereSampler(Run& run, bool with_gradients);
 
-    /// Samples points[stack[i]], i < count, into keys/values[first_record + i]; hemisphere i draws the random numbers
-    /// of index first_index + i.
-    void sample(const Buffer& points, const Buffer& stack, std::size_t count, const Buffer& keys, const Buffer& values,
-                std::uint32_t first_record, std::uint32_t first_index);
+    /// Samples points[stack[i]], i < count, into keys/values[first_record + i]. Random numbers are a function of the
+    /// point's pixel and `salt`.
+    void sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,
+                const Buffer& keys, const Buffer& values, std::uint32_t first_record, std::uint32_t salt);
 
 private:
     Run& run_;

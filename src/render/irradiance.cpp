@@ -3,10 +3,12 @@
 //                          on the record stack;
 //   2. sample_hemispheres  one record for every point on the stack;
 //   3. insert_records      neighbour clamp, then into the octree, which the next iteration looks into.
-// After the 256 iterations a fill makes records where clamping un-covered pixels and where samples off the pixel
-// centres see surfaces of their own; then every pixel is shaded with all its samples. The host owns the stack, the
-// octree's memory and the schedule; everything else happens in kernels.
+// Before them the irradiance grid is filled, which answers the hemispheres' second bounce. After the 256 iterations
+// every pixel is shaded with all its samples. Where a sample finds no record, because clamping un-covered it or because
+// samples off the pixel's centre see surfaces of their own, one is made, and the pixel is shaded anew, until none is
+// missing. The host owns the stack, the octree's memory and the schedule; everything else happens in kernels.
 #include <algorithm>
+#include <numeric>
 #include <unordered_set>
 
 #include "cache/RecordCache.h"
@@ -19,7 +21,7 @@ namespace {
 
 constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
-constexpr double records_share = 0.5, fill_share = 0.1;  // of the progress bar
+constexpr double records_share = 0.5;  // of the progress bar
 
 CacheSettings cache_settings(const Run& run) {
     const RenderSettings& s = run.settings;
@@ -46,19 +48,19 @@ public:
           film_(film),
           cache_(run.device, cache_settings(run)),
           hemispheres_(run, true),
-          seed_(run.seed()),
+          grid_(run),
           chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
         defines_ = cache_.defines();
-        defines_["IR_DIRECT_MIS"] = run.settings.direct_mis ? "1" : "0";
+        defines_["IR_DIRECT_MIS"] = run.direct_mis() ? "1" : "0";
         defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
     }
 
     std::vector<std::uint32_t> render() {
         if (run_.edges_beyond_camera() >= 2) {
+            grid_.fill();
+            run_.phase("grid");
             place_records();
             run_.phase("records");
-            fill();
-            run_.phase("fill");
         }
         shade();
         run_.phase("shade");
@@ -74,12 +76,12 @@ public:
     }
 
 private:
-    // Stages 2 and 3 for points[indices].
-    void make_records(const Buffer& points, const RecordStack& stack) {
+    // Stages 2 and 3 for points[indices]. `salt`: see HemisphereSampler.
+    void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
         if (stack.empty()) return;
         const Buffer indices = run_.device.upload(stack.indices);
         const std::uint32_t first = cache_.reserve(stack.size());
-        hemispheres_.sample(points, indices, stack.size(), cache_.keys(), cache_.values(), first, first);
+        hemispheres_.sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
         cache_.insert(stack.size(), points, indices);
     }
 
@@ -104,19 +106,20 @@ private:
             RecordStack stack;
             for (std::uint32_t b = 0; b < blocks; ++b)
                 if (host[b].state == IR_POINT_MISS) stack.indices.push_back(b);
-            make_records(points, stack);
+            make_records(points, stack, 0);
             ++run_.statistics.iterations;
             run_.report("records", records_share * (it + 1) / iteration_count, cache_.size());
         }
     }
 
-    // Runs shade_pixels over `pixels` with all their samples. coverage: only asks which pixels find a patch without
-    // records, and returns those with their points. Otherwise their sums go to the film.
+    // Pixels with a sample that no record reaches, and the first such place of each.
     struct Missed {
         std::vector<std::uint32_t> pixels;
         std::vector<shared::ShadingPoint> points;
     };
-    Missed run_pixels(const std::vector<std::uint32_t>& pixels, bool coverage, double from, double to) {
+
+    // Adds all samples of `pixels` to the film.
+    Missed shade_pixels(const std::vector<std::uint32_t>& pixels) {
         Missed missed;
         Buffer film = run_.device.allocate(chunk_ * film_.channels() * sizeof(float));
         Buffer points = run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint));
@@ -130,8 +133,7 @@ private:
             std::vector<bool> seen(part.size(), false);
             for (std::uint32_t sample = 0; sample < run_.spp(); sample += samples_a_launch) {
                 const std::uint32_t samples = std::min(samples_a_launch, run_.spp() - sample);
-                Kernel kernel =
-                    run_.scene_kernel("shade_pixels.cl", coverage ? "find_uncovered" : "shade_pixels", defines_);
+                Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines_);
                 cache_.bind(kernel, false)
                     .arg(list)
                     .arg(film)
@@ -141,68 +143,56 @@ private:
                     .arg(sample)
                     .arg(samples)
                     .arg(run_.edges_beyond_camera())
-                    .arg(seed_)
+                    .arg(run_.seed())
                     .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
-                if (coverage) {
-                    run_.device.read(points, host.data(), part.size() * sizeof host[0]);
-                    for (std::size_t i = 0; i < part.size(); ++i)
-                        if (host[i].state == IR_POINT_MISS && !seen[i]) {
-                            seen[i] = true;
-                            missed.pixels.push_back(part[i]);
-                            missed.points.push_back(host[i]);
-                        }
-                } else {
-                    run_.device.read(film, sums.data(), part.size() * film_.channels() * sizeof(float));
-                    film_.add(sums, part, samples);
-                }
+                run_.device.read(film, sums.data(), part.size() * film_.channels() * sizeof(float));
+                film_.add(sums, part, samples);
+                run_.device.read(points, host.data(), part.size() * sizeof host[0]);
+                for (std::size_t i = 0; i < part.size(); ++i)
+                    if (host[i].state == IR_POINT_MISS && !seen[i]) {
+                        seen[i] = true;
+                        missed.pixels.push_back(part[i]);
+                        missed.points.push_back(host[i]);
+                    }
                 run_.collect_rays();
                 const double done =
                     static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
-                run_.report(coverage ? "fill" : "shade", from + (to - from) * done / static_cast<double>(pixels.size()),
+                run_.report("shade", records_share + (1 - records_share) * done / static_cast<double>(film_.pixels()),
                             cache_.size());
             }
         }
         return missed;
     }
 
-    std::vector<std::uint32_t> all_pixels() const {
+    // Of the pixels of a 4x4 tile that miss a record one gets it a round, since that often covers the others; every
+    // round makes progress, so it ends.
+    void shade() {
         std::vector<std::uint32_t> pixels(film_.pixels());
-        for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint32_t>(i);
-        return pixels;
-    }
-
-    // Makes records until no sample of any pixel is without. Of the uncovered pixels of a 4x4 tile one gets a record a
-    // round, since that often covers the others; every round makes progress, so it ends.
-    void fill() {
-        std::vector<std::uint32_t> pixels = all_pixels();
-        while (!pixels.empty()) {
-            const Missed missed = run_pixels(pixels, true, records_share, records_share + fill_share);
-            if (missed.pixels.empty()) break;
+        std::iota(pixels.begin(), pixels.end(), 0u);
+        for (std::uint32_t round = 1; !pixels.empty(); ++round) {
+            const Missed missed = shade_pixels(pixels);
             RecordStack stack;
             std::unordered_set<std::uint64_t> tiles;
             for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {
+                film_.clear(missed.pixels[i]);
                 const std::uint32_t x = missed.pixels[i] % run_.scene.info.width,
                                     y = missed.pixels[i] / run_.scene.info.width;
                 if (tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second)
                     stack.indices.push_back(i);
             }
-            const Buffer points = run_.device.upload(missed.points);
-            make_records(points, stack);
-            ++run_.statistics.iterations;
+            if (!missed.points.empty()) {
+                make_records(run_.device.upload(missed.points), stack, round);
+                ++run_.statistics.iterations;
+            }
             pixels = missed.pixels;
         }
-    }
-
-    void shade() {
-        const double from = run_.edges_beyond_camera() >= 2 ? records_share + fill_share : 0.0;
-        run_pixels(all_pixels(), false, from, 1.0);
     }
 
     Run& run_;
     Film& film_;
     RecordCache cache_;
     HemisphereSampler hemispheres_;
-    std::uint32_t seed_;
+    IrradianceGrid grid_;
     std::size_t chunk_;
     std::map<std::string, std::string> defines_;
 };

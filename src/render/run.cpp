@@ -65,6 +65,15 @@ void Run::collect_rays() {
     device.fill(ray_counters_, 0, sizeof counts);
 }
 
+bool Run::direct_mis() const noexcept {
+    if (settings.direct_mis != DirectMis::automatic) return settings.direct_mis == DirectMis::on;
+    // Measured (README): one light sampled in solid angle is noisier with BSDF samples beside it. Disks, and spheres
+    // seen from inside, are sampled by area only.
+    if (scene.lights.size() != 1) return true;
+    const shared::Light& l = scene.lights.front();
+    return l.kind == IR_LIGHT_DISK || (l.kind == IR_LIGHT_SPHERE && l.nx < 0);
+}
+
 bool Run::aovs() const noexcept {
     return std::any_of(settings.aovs.begin(), settings.aovs.end(),
                        [](const std::string& a) { return a == "albedo" || a == "normal" || a == "depth"; });

@@ -34,6 +34,8 @@ public:
     [[nodiscard]] std::uint32_t edges_beyond_camera() const noexcept;
     [[nodiscard]] std::uint32_t edges_beyond_hemisphere() const noexcept;
     [[nodiscard]] std::uint32_t spp() const noexcept { return static_cast<std::uint32_t>(statistics.spp); }
+    /// Is direct light sampled by BSDF samples too (DirectMis)? What IR_DIRECT_MIS is defined as.
+    [[nodiscard]] bool direct_mis() const noexcept;
     [[nodiscard]] bool aovs() const noexcept;  ///< kernels must gather albedo, normal, depth
 
     void report(const std::string& stage, double fraction, std::uint64_t records = 0);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "scene/build.h"
@@ -111,6 +112,32 @@ private:
         return static_cast<int>(scene_.lights.size() - 1);
     }
 
+    struct Corner {
+        glm::dvec3 p, e1, e2;
+    };
+    /// Vertex k of a triangle and the edges from there to the two others.
+    static Corner corner(const Mesh& mesh, const std::array<std::uint32_t, 3>& t, std::size_t k) {
+        const glm::dvec3& p = mesh.positions[t[k]];
+        return {p, mesh.positions[t[(k + 1) % 3]] - p, mesh.positions[t[(k + 2) % 3]] - p};
+    }
+    /// The rectangle that two triangles make up, by a corner next to `a`'s right angle. A rectangle is one light
+    /// (halves would each be chosen with half its probability) and has a solid angle that can be sampled at once.
+    static std::optional<Corner> rectangle_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& a,
+                                              const std::array<std::uint32_t, 3>& b) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Corner c = corner(mesh, a, k);
+            const double size = glm::length(c.e1) + glm::length(c.e2), tolerance = 1e-6 * size;
+            if (std::abs(glm::dot(c.e1, c.e2)) > 1e-6 * glm::length(c.e1) * glm::length(c.e2)) continue;
+            for (std::size_t m = 0; m < 3; ++m) {  // b's right angle lies opposite; its edges run back, in a's order
+                const Corner d = corner(mesh, b, m);
+                if (glm::length(d.p - (c.p + c.e1 + c.e2)) <= tolerance && glm::length(d.e1 + c.e1) <= tolerance &&
+                    glm::length(d.e2 + c.e2) <= tolerance)
+                    return Corner{c.p + c.e2, -c.e2, c.e1};
+            }
+        }
+        return std::nullopt;
+    }
+
     void add_mesh(const Shape& shape, bool emits) {
         const Mesh& mesh = shape.mesh;
         if (scene_.vertices.size() + mesh.positions.size() > 0xffffffffu)
@@ -127,12 +154,7 @@ private:
             }
             scene_.vertices.push_back(v);
         }
-        int quad = IR_NO_LIGHT;
-        if (emits && shape.kind == ShapeKind::rectangle) {
-            const auto& p = mesh.positions;
-            quad = light(shape, IR_LIGHT_QUAD, p[0], p[1] - p[0], p[3] - p[0], shape.face_normals[0],
-                         glm::length(glm::cross(p[1] - p[0], p[3] - p[0])));
-        }
+        bool second_half = false;  // of the rectangle that began with the previous triangle
         for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
             const auto& t = mesh.triangles[i];
             const glm::dvec3& n = shape.face_normals[i];
@@ -153,11 +175,16 @@ private:
             triangle.v1 = base + t[1];
             triangle.v2 = base + t[2];
             triangle.material = shape.material;
-            triangle.light = quad;
-            if (emits && quad == IR_NO_LIGHT) {
-                const glm::dvec3 &p = mesh.positions[t[0]], e1 = mesh.positions[t[1]] - p,
-                                 e2 = mesh.positions[t[2]] - p;
-                triangle.light = light(shape, IR_LIGHT_TRIANGLE, p, e1, e2, n, 0.5 * glm::length(glm::cross(e1, e2)));
+            triangle.light = second_half ? static_cast<int>(scene_.lights.size() - 1) : IR_NO_LIGHT;
+            if (emits && !second_half) {
+                const auto quad =
+                    i + 1 < mesh.triangles.size() ? rectangle_of(mesh, t, mesh.triangles[i + 1]) : std::nullopt;
+                const Corner c = quad.value_or(corner(mesh, t, 0));
+                triangle.light = light(shape, quad ? IR_LIGHT_QUAD : IR_LIGHT_TRIANGLE, c.p, c.e1, c.e2, n,
+                                       (quad ? 1.0 : 0.5) * glm::length(glm::cross(c.e1, c.e2)));
+                second_half = quad.has_value();
+            } else {
+                second_half = false;
             }
             scene_.triangles.push_back(triangle);
         }

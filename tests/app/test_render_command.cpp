@@ -48,7 +48,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--no-neighbour-clamp",
                                                "--no-gradient-limit",
                                                "--no-in-front",
-                                               "--no-direct-mis",
+                                               "--direct-mis",
                                                "--no-share-lookups",
                                                "--device",
                                                "--list-devices",

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "irradia/Device.h"
+#include "irradia/shared/grid_types.h"
 #include "irradia/shared/record_types.h"
 #include "irradia/shared/scene_types.h"
 
@@ -92,8 +93,15 @@ const std::vector<Expected> kExpected = {
     OFFSET(CacheParameters, stretch),
     SIZE(RecordParameters),
     OFFSET(RecordParameters, accuracy),
-    OFFSET(RecordParameters, clamp_slope),
     OFFSET(RecordParameters, tau),
+    SIZE(GridParameters),
+    OFFSET(GridParameters, unit),
+    OFFSET(GridParameters, slots),
+    SIZE(GridSum),
+    OFFSET(GridSum, samples),
+    OFFSET(GridSum, b),
+    SIZE(GridCell),
+    OFFSET(GridCell, b),
 };
 
 TEST(EchoSizes, DeviceAndHostAgree) {

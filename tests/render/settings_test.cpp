@@ -44,7 +44,8 @@ TEST(Switches, EveryCombinationAgreesWithPathTracing) {
             s.gradient_limit = g != GradientRule::ward;
             s.in_front = g != GradientRule::crease;
             s.share_lookups = r != RadiusRule::harmonic;
-            s.direct_mis = r != RadiusRule::minimum;
+            s.direct_mis = r == RadiusRule::minimum ? DirectMis::off : DirectMis::on;
+            s.grid = r != RadiusRule::harmonic;
             const RenderResult result = render(scene, device, s);
             const Metrics m = compare_images(layer_of(result.image, "indirect"), reference);
             const bool crude = g == GradientRule::none;

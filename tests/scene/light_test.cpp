@@ -30,19 +30,35 @@ TEST_F(Light, RectangleIsOneQuadSharedByBothTriangles) {
     EXPECT_EQ(s.triangles[1].light, 0);
 }
 
-TEST_F(Light, CubeIsTwelveTriangles) {
-    const Scene s = load(
-        sensor + R"(<shape type="cube"><boolean name="flip_normals" value="true"/><emitter type="area"/></shape>)");
-    ASSERT_EQ(s.lights.size(), 12u);
-    for (std::size_t i = 0; i < 12; ++i) {
-        const auto& l = s.lights[i];
-        EXPECT_EQ(l.kind, IR_LIGHT_TRIANGLE);
-        EXPECT_FLOAT_EQ(l.area, 2.0f);
+// Halves of a rectangle that follow each other are one light, as the rectangle shape's are.
+TEST_F(Light, CubeIsSixQuads) {
+    for (const char* flip : {"false", "true"}) {
+        const Scene s = load(sensor + R"(<shape type="cube"><boolean name="flip_normals" value=")" + flip +
+                             R"("/><emitter type="area"/></shape>)");
+        const float side = std::string(flip) == "true" ? -1.0f : 1.0f;
+        ASSERT_EQ(s.lights.size(), 6u);
+        for (std::size_t i = 0; i < 6; ++i) {
+            const auto& l = s.lights[i];
+            EXPECT_EQ(l.kind, IR_LIGHT_QUAD);
+            EXPECT_FLOAT_EQ(l.area, 4.0f);
+            EXPECT_EQ(s.triangles[2 * i].light, static_cast<int>(i));
+            EXPECT_EQ(s.triangles[2 * i + 1].light, static_cast<int>(i));
+            EXPECT_FLOAT_EQ(side, l.nx * (l.px + (l.e1x + l.e2x) / 2) + l.ny * (l.py + (l.e1y + l.e2y) / 2) +
+                                      l.nz * (l.pz + (l.e1z + l.e2z) / 2));
+            EXPECT_FLOAT_EQ(l.probability, 1.0f / 6.0f);
+        }
+    }
+}
+
+// Neither a sheared rectangle nor the faces of a tetrahedron have a right-angled partner.
+TEST_F(Light, OtherTrianglesStayTriangles) {
+    const Scene s = load(sensor + R"(<shape type="rectangle"><transform name="to_world">
+        <matrix value="1 0.5 0 0  0 1 0 0  0 0 1 0  0 0 0 1"/></transform><emitter type="area"/></shape>)");
+    ASSERT_EQ(s.lights.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(s.lights[i].kind, IR_LIGHT_TRIANGLE);
+        EXPECT_FLOAT_EQ(s.lights[i].area, 2.0f);
         EXPECT_EQ(s.triangles[i].light, static_cast<int>(i));
-        EXPECT_LT(l.nx * (l.px + (l.e1x + l.e2x) / 3) + l.ny * (l.py + (l.e1y + l.e2y) / 3) +
-                      l.nz * (l.pz + (l.e1z + l.e2z) / 3),
-                  -0.9f);
-        EXPECT_FLOAT_EQ(l.probability, 1.0f / 12.0f);
     }
 }
 

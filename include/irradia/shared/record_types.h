@@ -73,11 +73,10 @@ typedef struct RecordParameters {
     float max_spacing;
     float aspect;        // largest support2 / support1
     float r_min, r_max;  // distances are clamped to these, world units (theory 4.4)
-    float clamp_slope;   // neighbour clamp: support_i <= support_j + clamp_slope |p_i - p_j|; 0 = off
     float diagonal;      // of the scene, world units
     float tau;           // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
     float overlap;       // supports are enlarged by this in the end: see RenderSettings::overlap
-    float pad0, pad1;
+    float pad0, pad1, pad2;
 } RecordParameters;  // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)

@@ -1,0 +1,110 @@
+// The irradiance grid: irradiance by indirect light at the places that paths visit, averaged over cells in space and
+// over six directions of the normal. It answers the second bounce: a hemisphere's ray that hits a surface takes the
+// surface's direct light by next-event estimation and its indirect light from here, instead of going on as a path.
+// All records then share the paths that filled the grid, so their noise is that of many more paths, and a ray costs one
+// look-up instead of the rest of a path.
+//
+// What it errs by: cells average over their extent. So cells are small where many paths came by (the finest level with
+// enough samples answers), look-ups are spread over the neighbouring cells at random, and rays that are shorter than a
+// few cells go on as paths for one more bounce. The values themselves come from complete paths: nothing compounds.
+#ifndef IR_IRRADIANCE_GRID_H
+#define IR_IRRADIANCE_GRID_H
+#include "irradia/shared/grid_types.h"
+#include "portable.h"
+#include "random.h"
+
+#define IR_GRID_PROBES 64u  // slots looked at before the table counts as full
+
+// Key of the cell of `level` that holds p, facing along one of six axes: coordinates of 9 bits, axis of 3, level of 2.
+// Never 0, since coordinates begin at 1.
+IR_FN uint grid_key(const GridParameters* g, uint level, real3 p, real3 n) {
+    const float scale = 1.0f / (g->cell * (float)(1u << level));
+    const uint x = 1u + (uint)clamp((p.x - g->origin_x) * scale, 0.0f, 509.0f);
+    const uint y = 1u + (uint)clamp((p.y - g->origin_y) * scale, 0.0f, 509.0f);
+    const uint z = 1u + (uint)clamp((p.z - g->origin_z) * scale, 0.0f, 509.0f);
+    const float ax = fabs(n.x), ay = fabs(n.y), az = fabs(n.z);
+    const uint axis = ax >= ay && ax >= az ? (n.x < 0.0f ? 1u : 0u)
+                                           : (ay >= az ? (n.y < 0.0f ? 3u : 2u) : (n.z < 0.0f ? 5u : 4u));
+    return x | (y << 9) | (z << 18) | (axis << 27) | (level << 30);
+}
+
+// Key of the cell of the next coarser level around the cell of `key`.
+IR_FN uint grid_parent(uint key) {
+    const uint x = (((key & 511u) - 1u) >> 1) + 1u, y = ((((key >> 9) & 511u) - 1u) >> 1) + 1u,
+               z = ((((key >> 18) & 511u) - 1u) >> 1) + 1u;
+    return x | (y << 9) | (z << 18) | (key & 0x38000000u) | (((key >> 30) + 1u) << 30);
+}
+
+// Slot of `key`, or the number of slots if it is not there.
+IR_FN uint grid_find(const GridParameters* g, IR_GLOBAL const GridCell* cells, uint key) {
+    uint slot = hash_uint(key) & (g->slots - 1u);
+    for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (g->slots - 1u)) {
+        const uint found = cells[slot].key;
+        if (found == key) return slot;
+        if (found == 0u) break;
+    }
+    return g->slots;
+}
+
+// Irradiance by indirect light around (p, n), W·m⁻²; false where too few paths came by or `distance`, the length of the
+// ray that asks, is short for cells of the size that would answer.
+IR_FN bool grid_lookup(const GridParameters* g, IR_GLOBAL const GridCell* cells, real3 p, real3 n, float distance,
+                       Rng* rng, real3* irradiance) {
+    const Frame frame = make_frame(n);
+    const float u = rng_real(rng) - 0.5f, v = rng_real(rng) - 0.5f;
+    const real3 spread = (frame.t * u + frame.b * v) * g->cell;
+    for (uint level = 0; level < IR_GRID_LEVELS; ++level) {
+        const float size = (float)(1u << level);
+        if (distance < g->shortest * size * g->cell) return false;
+        const uint slot = grid_find(g, cells, grid_key(g, level, p + spread * size, n));
+        if (slot == g->slots || cells[slot].r < 0.0f) continue;
+        *irradiance = make_real3(cells[slot].r, cells[slot].g, cells[slot].b);
+        return true;
+    }
+    return false;
+}
+
+#ifdef IR_GRID_FILL  // ---------------------------------------------------------------------- filling (kernels only)
+
+// Slot of `key`, taken if it is not there yet; the number of slots if the table is full.
+IR_FN uint grid_take(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, uint key) {
+    uint slot = hash_uint(key) & (g->slots - 1u);
+    for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (g->slots - 1u)) {
+        const uint found = IR_ATOMIC_CAS(&sums[slot].key, 0u, key);
+        if (found == 0u || found == key) return slot;
+    }
+    return g->slots;
+}
+
+// Adds to a 64-bit number in two words: integers, so that the sum does not depend on the order of work-items.
+IR_FN void add_wide(volatile IR_GLOBAL uint* word, uint low, uint high) {
+    const uint before = IR_ATOMIC_ADD(&word[0], low);
+    const uint carry = before + low < before ? 1u : 0u;
+    if (high + carry != 0u) IR_ATOMIC_ADD(&word[1], high + carry);
+}
+
+// The same for a number of units >= 0; above 2^62 it counts as that.
+IR_FN void add_units(volatile IR_GLOBAL uint* word, float units) {
+    const float x = floor(min(units + 0.5f, 4.6e18f));
+    const uint high = (uint)(x * 2.3283064365386963e-10f);  // 2^-32; exact: the low part is what float32 still holds
+    add_wide(word, (uint)(x - (float)high * 4294967296.0f), high);
+}
+
+IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f + (float)low; }
+
+// One estimate of irradiance at (p, n). Sets *overflow if the table is full.
+IR_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n, real3 irradiance,
+                        volatile IR_GLOBAL uint* overflow) {
+    const uint slot = grid_take(g, sums, grid_key(g, 0u, p, n));
+    if (slot == g->slots) {
+        *overflow = 1u;
+        return;
+    }
+    const real3 units = irradiance * (1.0f / g->unit);
+    add_units(&sums[slot].r[0], units.x);
+    add_units(&sums[slot].g[0], units.y);
+    add_units(&sums[slot].b[0], units.z);
+    IR_ATOMIC_ADD(&sums[slot].samples, 1u);
+}
+#endif
+#endif

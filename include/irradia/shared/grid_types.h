@@ -1,0 +1,39 @@
+// Structs of the irradiance grid (cl/irradiance_grid.h) as they lie in device memory; see scene_types.h for the rules.
+#ifndef IRRADIA_SHARED_GRID_TYPES_H
+#define IRRADIA_SHARED_GRID_TYPES_H
+
+#if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
+#include <cstdint>
+namespace irradia::shared {
+using uint = std::uint32_t;
+#endif
+
+#define IR_GRID_LEVELS 4u  // cells of 1, 2, 4, 8 times the finest edge; two bits of a key
+
+typedef struct GridParameters {
+    float origin_x, origin_y, origin_z;  // lower corner of the grid
+    float cell;                          // edge of the finest cells, world units: at least 1/509 of the scene's extent
+    float unit;                          // irradiance that one count of a sum stands for, W·m⁻²
+    float shortest;                      // look-ups are for rays longer than this many cells
+    uint slots;                          // of the hash table; a power of two
+    uint least;                          // estimates without which a cell does not answer
+} GridParameters;                        // 32 bytes
+
+// A cell while it is filled: open addressing by key, 0 = free.
+typedef struct GridSum {
+    uint key;
+    uint samples;
+    uint r[2], g[2], b[2];  // sums in units, low and high word
+} GridSum;                  // 32 bytes
+
+// A cell for look-ups: in the same slot.
+typedef struct GridCell {
+    uint key;
+    float r, g, b;  // mean irradiance, W·m⁻²; r < 0: too few estimates
+} GridCell;         // 16 bytes
+
+#if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
+static_assert(sizeof(GridParameters) == 32 && sizeof(GridSum) == 32 && sizeof(GridCell) == 16);
+}  // namespace irradia::shared
+#endif
+#endif

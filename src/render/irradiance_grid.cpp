@@ -1,0 +1,109 @@
+#include "render/irradiance_grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+namespace irradia {
+namespace {
+
+constexpr std::uint32_t paths_a_launch_cpu = 1u << 14, paths_a_launch_gpu = 1u << 20;
+constexpr float cells_a_diagonal = 256;        // finest cells; keys count to 509 along an axis
+constexpr float shortest_ray = 2;              // cells
+constexpr std::uint32_t least_estimates = 16;  // in a cell that answers
+
+/// Irradiance of the order that the lights cause over the whole scene, W·m⁻²: sums count in small parts of it.
+double typical_irradiance(const Scene& scene) {
+    constexpr double pi = 3.14159265358979323846;
+    const double square = static_cast<double>(scene.info.diagonal) * static_cast<double>(scene.info.diagonal);
+    double sum = 0;
+    for (const shared::Light& l : scene.lights) {
+        const double colour = std::max({l.r, l.g, l.b});
+        if (l.kind == IR_LIGHT_POINT)
+            sum += colour * 4 * pi / square;
+        else if (l.kind == IR_LIGHT_DIRECTIONAL)
+            sum += colour;
+        else if (l.kind == IR_LIGHT_CONSTANT)
+            sum += colour * pi;
+        else
+            sum += colour * pi * std::min(static_cast<double>(l.area) / square, 1.0);
+    }
+    return sum;
+}
+
+}  // namespace
+
+IrradianceGrid::IrradianceGrid(Run& run) : run_(run), cells_(run.device.allocate(sizeof(shared::GridCell))) {
+    const shared::SceneInfo& info = run.scene.info;
+    parameters_.origin_x = info.min_x;
+    parameters_.origin_y = info.min_y;
+    parameters_.origin_z = info.min_z;
+    parameters_.cell = info.diagonal / cells_a_diagonal;
+    parameters_.unit = std::max(static_cast<float>(typical_irradiance(run.scene) * 0x1p-20), 1e-30f);
+    parameters_.shortest = shortest_ray;
+    parameters_.least = least_estimates;
+    parameters_.slots = 1;
+}
+
+void IrradianceGrid::fill() {
+    if (!run_.settings.grid || run_.settings.max_depth >= 0) return;
+    // A path leaves up to 8 estimates, mostly in cells that others have been to. A full table is filled anew, larger.
+    std::size_t slots =
+        std::bit_ceil(std::clamp<std::size_t>(static_cast<std::size_t>(run_.settings.grid_paths), 1u << 10, 1u << 20) * 2);
+    while (!try_fill(slots)) slots *= 2;
+    filled_ = true;
+}
+
+bool IrradianceGrid::try_fill(std::size_t slots) {
+    const auto paths = static_cast<std::uint32_t>(run_.settings.grid_paths);
+    const std::size_t group = run_.device.pixel_group();
+    parameters_.slots = static_cast<std::uint32_t>(slots);
+    Buffer sums = run_.device.allocate(slots * sizeof(shared::GridSum));
+    Buffer overflow = run_.device.allocate(sizeof(std::uint32_t));
+    run_.device.fill(sums, 0, slots * sizeof(shared::GridSum));
+    run_.device.fill(overflow, 0, sizeof(std::uint32_t));
+    const auto full = [&] {
+        std::uint32_t flag = 0;
+        run_.device.read(overflow, &flag, sizeof flag);
+        return flag != 0;
+    };
+    const std::uint32_t launch = run_.device.cpu_traversal() ? paths_a_launch_cpu : paths_a_launch_gpu;
+    for (std::uint32_t first = 0; first < paths; first += launch) {
+        const std::uint32_t count = std::min(launch, paths - first);
+        run_.scene_kernel("fill_grid.cl", "trace_grid_paths", {})
+            .arg(sums)
+            .arg(parameters_)
+            .arg(overflow)
+            .arg(run_.ray_counters())
+            .arg(first)
+            .arg(count)
+            .arg(paths)
+            .arg(run_.seed())
+            .run(group_count(count, group), group);
+        run_.collect_rays();
+        if (full()) return false;
+        run_.report("grid", 0);
+    }
+    for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level)
+        run_.device.kernel("fill_grid.cl", "merge_grid_level", run_.scene_defines())
+            .arg(sums)
+            .arg(parameters_)
+            .arg(overflow)
+            .arg(level)
+            .run(group_count(slots, group), group);
+    if (full()) return false;
+    cells_ = run_.device.allocate(slots * sizeof(shared::GridCell));
+    run_.device.kernel("fill_grid.cl", "grid_means", run_.scene_defines())
+        .arg(sums)
+        .arg(cells_)
+        .arg(parameters_)
+        .run(group_count(slots, group), group);
+    return true;
+}
+
+std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", filled_ ? "1" : "0"}}; }
+
+Kernel& IrradianceGrid::bind(Kernel& kernel) const { return kernel.arg(cells_).arg(parameters_); }
+
+}  // namespace irradia
