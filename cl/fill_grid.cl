@@ -1,6 +1,6 @@
 // Filling the irradiance grid. trace_grid_paths: one work-item traces one path from the camera and leaves, at each of
 // its vertices, the irradiance by indirect light that the rest of the path estimates there. merge_grid_level adds every
-// cell of a level to the one around it; grid_means turns sums into what look-ups read.
+// cell of a level to the one around it; grid_means makes of the sums what look-ups read.
 #define IR_GRID_FILL
 #include "camera.h"
 #include "film.h"
@@ -94,15 +94,34 @@ IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR
     IR_ATOMIC_ADD(&parent->samples, own.samples);
 }
 
-IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cells, GridParameters grid) {
+IR_FN bool grid_answers(const GridParameters* grid, const GridSum* sum) {
+    return sum->key != 0u && sum->samples >= grid->least;
+}
+
+// How many cells have enough estimates to answer.
+IR_KERNEL void count_grid_answers(IR_GLOBAL const GridSum* sums, GridParameters grid, IR_GLOBAL uint* answers) {
     if (IR_GLOBAL_ID >= grid.slots) return;
     const GridSum sum = sums[IR_GLOBAL_ID];
-    GridCell cell;
-    cell.key = sum.key;
-    const bool enough = sum.samples >= grid.least;
-    const float scale = enough ? grid.unit / (float)sum.samples : 0.0f;
-    cell.r = enough ? scale * wide_value(sum.r[0], sum.r[1]) : -1.0f;
-    cell.g = scale * wide_value(sum.g[0], sum.g[1]);
-    cell.b = scale * wide_value(sum.b[0], sum.b[1]);
-    cells[IR_GLOBAL_ID] = cell;
+    if (grid_answers(&grid, &sum)) IR_ATOMIC_ADD(answers, 1u);
+}
+
+// Means of the cells that answer, in a table of their own, small enough for a cache; `slots` of it, at least twice as
+// many as there are answers, all free. Which slot a cell gets depends on the order of work-items, what it says does not.
+IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cells, GridParameters grid, uint slots,
+                          IR_GLOBAL uint* overflow) {
+    if (IR_GLOBAL_ID >= grid.slots) return;
+    const GridSum sum = sums[IR_GLOBAL_ID];
+    if (!grid_answers(&grid, &sum)) return;
+    uint slot = hash_uint(sum.key) & (slots - 1u), probes = 0u;
+    while (IR_ATOMIC_CAS(&cells[slot].key, 0u, sum.key) != 0u) {
+        slot = (slot + 1u) & (slots - 1u);
+        if (++probes == IR_GRID_PROBES) {
+            *overflow = 1u;
+            return;
+        }
+    }
+    const float scale = grid.unit / (float)sum.samples;
+    cells[slot].r = scale * wide_value(sum.r[0], sum.r[1]);
+    cells[slot].g = scale * wide_value(sum.g[0], sum.g[1]);
+    cells[slot].b = scale * wide_value(sum.b[0], sum.b[1]);
 }

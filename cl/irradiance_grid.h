@@ -57,7 +57,7 @@ IR_FN bool grid_lookup(const GridParameters* g, IR_GLOBAL const GridCell* cells,
         const float size = (float)(1u << level);
         if (distance < g->shortest * size * g->cell) return false;
         const uint slot = grid_find(g, cells, grid_key(g, level, p + spread * size, n));
-        if (slot == g->slots || cells[slot].r < 0.0f) continue;
+        if (slot == g->slots) continue;
         *irradiance = make_real3(cells[slot].r, cells[slot].g, cells[slot].b);
         return true;
     }

@@ -34,7 +34,10 @@ double typical_irradiance(const Scene& scene) {
 
 }  // namespace
 
-IrradianceGrid::IrradianceGrid(Run& run) : run_(run), cells_(run.device.allocate(sizeof(shared::GridCell))) {
+IrradianceGrid::IrradianceGrid(Run& run)
+    : run_(run),
+      cells_(run.device.allocate(sizeof(shared::GridCell))),
+      overflow_(run.device.allocate(sizeof(std::uint32_t))) {
     const shared::SceneInfo& info = run.scene.info;
     parameters_.origin_x = info.min_x;
     parameters_.origin_y = info.min_y;
@@ -49,8 +52,8 @@ IrradianceGrid::IrradianceGrid(Run& run) : run_(run), cells_(run.device.allocate
 void IrradianceGrid::fill() {
     if (!run_.settings.grid || run_.settings.max_depth >= 0) return;
     // A path leaves up to 8 estimates, mostly in cells that others have been to. A full table is filled anew, larger.
-    std::size_t slots =
-        std::bit_ceil(std::clamp<std::size_t>(static_cast<std::size_t>(run_.settings.grid_paths), 1u << 10, 1u << 20) * 2);
+    std::size_t slots = std::bit_ceil(
+        std::clamp<std::size_t>(static_cast<std::size_t>(run_.settings.grid_paths), 1u << 10, 1u << 20) * 2);
     while (!try_fill(slots)) slots *= 2;
     filled_ = true;
 }
@@ -60,12 +63,11 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
     const std::size_t group = run_.device.pixel_group();
     parameters_.slots = static_cast<std::uint32_t>(slots);
     Buffer sums = run_.device.allocate(slots * sizeof(shared::GridSum));
-    Buffer overflow = run_.device.allocate(sizeof(std::uint32_t));
     run_.device.fill(sums, 0, slots * sizeof(shared::GridSum));
-    run_.device.fill(overflow, 0, sizeof(std::uint32_t));
+    run_.device.fill(overflow_, 0, sizeof(std::uint32_t));
     const auto full = [&] {
         std::uint32_t flag = 0;
-        run_.device.read(overflow, &flag, sizeof flag);
+        run_.device.read(overflow_, &flag, sizeof flag);
         return flag != 0;
     };
     const std::uint32_t launch = run_.device.cpu_traversal() ? paths_a_launch_cpu : paths_a_launch_gpu;
@@ -74,7 +76,7 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
         run_.scene_kernel("fill_grid.cl", "trace_grid_paths", {})
             .arg(sums)
             .arg(parameters_)
-            .arg(overflow)
+            .arg(overflow_)
             .arg(run_.ray_counters())
             .arg(first)
             .arg(count)
@@ -89,17 +91,36 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
         run_.device.kernel("fill_grid.cl", "merge_grid_level", run_.scene_defines())
             .arg(sums)
             .arg(parameters_)
-            .arg(overflow)
+            .arg(overflow_)
             .arg(level)
             .run(group_count(slots, group), group);
     if (full()) return false;
+    return make_cells(sums, full);
+}
+
+bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>& full) {
+    const std::size_t group = run_.device.pixel_group(), groups = group_count(parameters_.slots, group);
+    Buffer count = run_.device.allocate(sizeof(std::uint32_t));
+    run_.device.fill(count, 0, sizeof(std::uint32_t));
+    run_.device.kernel("fill_grid.cl", "count_grid_answers", run_.scene_defines())
+        .arg(sums)
+        .arg(parameters_)
+        .arg(count)
+        .run(groups, group);
+    std::uint32_t answers = 0;
+    run_.device.read(count, &answers, sizeof answers);
+    const std::uint32_t slots = std::bit_ceil(std::max(2 * answers, 64u));
     cells_ = run_.device.allocate(slots * sizeof(shared::GridCell));
+    run_.device.fill(cells_, 0, slots * sizeof(shared::GridCell));
     run_.device.kernel("fill_grid.cl", "grid_means", run_.scene_defines())
         .arg(sums)
         .arg(cells_)
         .arg(parameters_)
-        .run(group_count(slots, group), group);
-    return true;
+        .arg(slots)
+        .arg(overflow_)
+        .run(groups, group);
+    parameters_.slots = slots;
+    return !full();
 }
 
 std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", filled_ ? "1" : "0"}}; }

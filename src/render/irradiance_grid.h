@@ -1,6 +1,7 @@
 // The irradiance grid on the device: filled by tracing paths, then read by hemispheres (cl/irradiance_grid.h).
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 
@@ -24,11 +25,13 @@ public:
     Kernel& bind(Kernel& kernel) const;
 
 private:
+    // Both return false if the table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
+    bool make_cells(const Buffer& sums, const std::function<bool()>& full);
 
     Run& run_;
     shared::GridParameters parameters_{};
-    Buffer cells_;
+    Buffer cells_, overflow_;
     bool filled_ = false;
 };
 

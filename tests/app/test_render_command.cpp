@@ -49,6 +49,8 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--no-gradient-limit",
                                                "--no-in-front",
                                                "--direct-mis",
+                                               "--no-grid",
+                                               "--grid-paths",
                                                "--no-share-lookups",
                                                "--device",
                                                "--list-devices",

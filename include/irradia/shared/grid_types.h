@@ -26,10 +26,10 @@ typedef struct GridSum {
     uint r[2], g[2], b[2];  // sums in units, low and high word
 } GridSum;                  // 32 bytes
 
-// A cell for look-ups: in the same slot.
+// A cell for look-ups: only those with enough estimates, hashed alike.
 typedef struct GridCell {
     uint key;
-    float r, g, b;  // mean irradiance, W·m⁻²; r < 0: too few estimates
+    float r, g, b;  // mean irradiance, W·m⁻²
 } GridCell;         // 16 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
