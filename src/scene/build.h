@@ -116,10 +116,15 @@ void set_selection_probabilities(std::vector<shared::Light>& lights, double radi
 
 /// The camera in world space: direction through film (x, y) = corner + x dx + y dy, unit depth along `forward`.
 struct CameraFrame {
+    const Node* node = nullptr;
     glm::dvec3 origin{0.0}, corner{0.0}, dx{0.0}, dy{0.0}, forward{0.0};
     double near_clip = 0.01, far_clip = 1e4;
 };
 /// Reads the sensor; sets film size, reconstruction filter and sample_count of `scene`.
 CameraFrame read_sensor(const Context& context, const Document& document, Scene& scene);
+/// Throws Error if the camera is inside a solid object, so that all it sees are back sides that reflect nothing, or so
+/// near to a surface that near_clip cuts it away and nothing else is seen. A room, seen from its front sides, is fine.
+void check_camera(const CameraFrame& camera, const std::vector<Shape>& shapes,
+                  const std::vector<shared::Material>& materials, bool environment);
 
 }  // namespace irradia::loader

@@ -150,6 +150,7 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
     const double aspect = static_cast<double>(scene.info.width) / scene.info.height;
     const double tx = tan_half_fov_x(p, aspect), ty = tx / aspect;
     CameraFrame camera;
+    camera.node = sensor;
     camera.near_clip = p.number("near_clip", 0.01);
     camera.far_clip = p.number("far_clip", 10000.0);
     if (!(camera.near_clip >= 0.0 && camera.far_clip > camera.near_clip))

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -273,6 +274,9 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     for (const auto& light : lights) assembler.add(light);
     if (scene.lights.empty())
         throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));
+    const bool environment = std::any_of(lights.begin(), lights.end(),
+                                         [](const FreeLight& light) { return light.kind == IR_LIGHT_CONSTANT; });
+    check_camera(camera, shapes, materials.materials, environment);
     assembler.camera(camera);
     scene.materials = std::move(materials.materials);
     set_selection_probabilities(scene.lights, 0.5 * static_cast<double>(scene.info.diagonal));

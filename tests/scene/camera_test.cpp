@@ -13,13 +13,17 @@ Vec direction(const Scene& s, double x, double y) {
     return unit({along(c.cornerx, c.dxx, c.dyx), along(c.cornery, c.dxy, c.dyy), along(c.cornerz, c.dxz, c.dyz)});
 }
 
+/// Out of the way of the cameras, which stand near the origin.
+const std::string distant_lamp =
+    R"(<shape type="rectangle"><transform name="to_world"><translate z="-50"/></transform><emitter type="area"/></shape>)";
+
 const std::string look =
     R"(<transform name="to_world"><lookat origin="1,2,3" target="0,.5,-1" up="0,1,0"/></transform>)";
 
 std::string camera(const std::string& inside, int width = 160, int height = 90) {
     return "<sensor type=\"perspective\">" + inside + "<film type=\"hdrfilm\"><integer name=\"width\" value=\"" +
            std::to_string(width) + "\"/><integer name=\"height\" value=\"" + std::to_string(height) +
-           "\"/></film></sensor>" + lamp;
+           "\"/></film></sensor>" + distant_lamp;
 }
 
 struct Case {
@@ -147,7 +151,8 @@ TEST_F(Camera, FilmSizeOverrideChangesTheAspect) {
 
 TEST_F(Camera, FiltersAndTheirDefaults) {
     const auto info = [&](const std::string& filter) {
-        return load("<sensor type=\"perspective\"><film type=\"hdrfilm\">" + filter + "</film></sensor>" + lamp).info;
+        return load("<sensor type=\"perspective\"><film type=\"hdrfilm\">" + filter + "</film></sensor>" + distant_lamp)
+            .info;
     };
     EXPECT_EQ(info("<rfilter type=\"box\"/>").rfilter, IR_RFILTER_BOX);
     EXPECT_FLOAT_EQ(info("<rfilter type=\"box\"/>").rfilter_radius, 0.5f);
@@ -168,7 +173,7 @@ TEST_F(Camera, ClipPlanesAndSampleCount) {
     const Scene s =
         load(R"(<sensor type="perspective"><float name="near_clip" value=".1"/><float name="far_clip" value="5000"/>
         <sampler type="independent"><integer name="sample_count" value="17"/></sampler></sensor>)" +
-             lamp);
+             distant_lamp);
     EXPECT_FLOAT_EQ(s.info.camera.near_clip, 0.1f);
     EXPECT_FLOAT_EQ(s.info.camera.far_clip, 5000.0f);
     EXPECT_EQ(s.sample_count, 17u);

@@ -91,7 +91,9 @@ inline void expect_message(const std::string& text, const std::vector<std::strin
     EXPECT_EQ(text.find('\n'), std::string::npos) << text;
 }
 
-inline const std::string sensor = R"(<sensor type="perspective"><float name="fov" value="40"/></sensor>)";
+/// Outside the shapes that the tests place around the origin; looks at them.
+inline const std::string sensor =
+    R"(<sensor type="perspective"><float name="fov" value="40"/><transform name="to_world"><translate z="-9"/></transform></sensor>)";
 inline const std::string lamp = R"(<shape type="rectangle" id="lamp"><emitter type="area"/></shape>)";
 inline const std::string tetrahedron = R"(ply
 format ascii 1.0
