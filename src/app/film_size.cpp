@@ -21,6 +21,9 @@ void set_film_size(Scene& scene, int width, int height) {
         throw Error(scene.source + ": is packed for " + std::to_string(info.width) + " x " +
                     std::to_string(info.height) + " pixels, expected a picture of that shape, not " +
                     std::to_string(width) + " x " + std::to_string(height) + "; pack the scene again at that size");
+    if (static_cast<long long>(width) * height >= 1LL << 31)
+        throw Error(scene.source + ": " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels were asked for, fewer than 2^31 were expected");
     info.width = static_cast<shared::uint>(width);
     info.height = static_cast<shared::uint>(height);
     // The view is given over the unit square, so only a pixel's edge changes (geometric mean of both edges).

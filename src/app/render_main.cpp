@@ -74,6 +74,7 @@ Scene open_scene(const Options& o, const Messages& messages, double& accel_secon
     const double began = now();
     build_accel(scene, o.device.threads);
     accel_seconds = now() - began;
+    check_scene(o.scene, scene);  // as read_packed_scene() does: numbers that overflowed on the way to float32
     return scene;
 #endif
 }
@@ -106,6 +107,11 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
     RenderResult result = [&] {
         try {
             return render(scene, device, o.settings, callback);
+        } catch (const std::bad_alloc&) {
+            printer.clear();
+            throw Error("out of memory for a picture of " + std::to_string(scene.info.width) + " x " +
+                        std::to_string(scene.info.height) +
+                        " pixels: take a smaller one (--width, --height) or fewer layers (--aov)");
         } catch (...) {
             printer.clear();
             throw;

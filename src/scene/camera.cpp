@@ -79,6 +79,9 @@ void read_film(const Context& context, const Document& document, const Node* fil
     const Node& at = film ? *film : document.root;
     info.width = film_size(at, "width", width);
     info.height = film_size(at, "height", height);
+    if (width * height >= 1LL << 31)
+        fail(at,
+             fmt::format("film: {} x {} are {} pixels, fewer than 2^31 were expected", width, height, width * height));
     read_rfilter(context, document, rfilter, info);
 }
 

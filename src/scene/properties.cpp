@@ -28,6 +28,8 @@ double parse_number(const Node& node, std::string_view text) {
         fail(node, fmt::format("{}: '{}' is not a finite number", describe(node), text));
     }
     if (!std::isfinite(value)) fail(node, fmt::format("{}: '{}' is not a finite number", describe(node), text));
+    if (!std::isfinite(static_cast<float>(value)))
+        fail(node, fmt::format("{}: '{}' is too large for single precision", describe(node), text));
     return value;
 }
 

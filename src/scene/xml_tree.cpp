@@ -181,8 +181,9 @@ private:
         pugi::xml_document xml;
         const auto result = xml.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
         if (!result) {
-            const auto message =
-                result.status == pugi::status_no_document_element ? "no XML element in it" : result.description();
+            const auto message = result.status == pugi::status_no_document_element
+                                     ? "no XML element in it; a scene file or a packed scene was expected"
+                                     : result.description();
             throw Error(fmt::format("{}:{}: malformed XML: {}", path, line_of(result.offset), message));
         }
         const pugi::xml_node root = xml.document_element();
