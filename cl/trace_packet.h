@@ -318,8 +318,8 @@ IR_FN void copy_hits(const Packet* p, uint count, Hit* hits) {
     }
 }
 
-IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const float* dy, const float* dz, uint count,
-                      float t_min, Hit* hits) {
+IR_TRACE_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const float* dy, const float* dz,
+                            uint count, float t_min, Hit* hits) {
     Packet p;
     start_packet(&p, dx, dy, dz, count, t_min, 0);
     p.origin = origin;
@@ -327,9 +327,9 @@ IR_FN void trace_tile(const SceneData* s, real3 origin, const float* dx, const f
     copy_hits(&p, count, hits);
 }
 
-IR_FN void trace_tile_occluded(const SceneData* s, const float* ox, const float* oy, const float* oz, const float* dx,
-                               const float* dy, const float* dz, uint count, float t_min, const float* t_max,
-                               uint* occluded) {
+IR_TRACE_FN void trace_tile_occluded(const SceneData* s, const float* ox, const float* oy, const float* oz,
+                                     const float* dx, const float* dy, const float* dz, uint count, float t_min,
+                                     const float* t_max, uint* occluded) {
     Packet p;
     start_packet(&p, dx, dy, dz, count, t_min, t_max);
     set_origins(&p, ox, oy, oz, count);
