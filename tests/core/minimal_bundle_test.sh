@@ -19,4 +19,5 @@ grep -rhoE '^#include <[A-Za-z_]+/[^>]*>' src include | grep -vE '<(sys|bits)/' 
         [ -e "third_party/include/$header" ] || { echo "the bundle lacks <$header>"; exit 1; }
     done
 "$2" -S . -B build -DIRRADIA_MINIMAL=ON >"$work/log" || { cat "$work/log"; exit 1; }
-grep -q 'IRRADIA_CLI11_INCLUDE_DIR:PATH=.*third_party/include' build/CMakeCache.txt
+grep -q 'OpenCL_INCLUDE_DIR:PATH=.*third_party/include' build/CMakeCache.txt
+grep 'render_main.cpp' build/compile_commands.json | grep -q 'isystem [^ ]*/third_party/include'
