@@ -1,5 +1,6 @@
 // Runs the kernels of cl/trace_test.cl over a scene on the first CPU OpenCL device, with either traversal header.
-// OpenCL is used directly: what is tested here are the headers, not src/device.
+// OpenCL is used directly: what is tested here are the headers, not src/device, of which only the resolved source is
+// taken (compilers split their options at blanks, so an -I of a path is none to rely on).
 #pragma once
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
@@ -13,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "device/kernel_source.h"
 #include "irradia/Scene.h"
 
 namespace irradia::testing {
@@ -44,14 +46,12 @@ inline cl::Device first_device(cl_device_type type) {
 class Traversal {
 public:
     /// `cpu_traversal`: cl/trace_cpu.h, else cl/trace_gpu.h. Both run on any device.
-    Traversal(const Scene& scene, bool cpu_traversal, const cl::Device& device = first_device(CL_DEVICE_TYPE_CPU),
-              const std::string& file = IRRADIA_SOURCE_DIR "/cl/trace_test.cl")
+    Traversal(const Scene& scene, bool cpu_traversal, const cl::Device& device = first_device(CL_DEVICE_TYPE_CPU))
         : context_(device), queue_(context_, device) {
         const bool analytic = !scene.analytics.empty();
-        program_ = cl::Program(context_, "#include \"" + file + "\"\n");
-        const std::string options =
-            std::string("-cl-std=CL1.2 -I " IRRADIA_SOURCE_DIR "/cl -I " IRRADIA_SOURCE_DIR "/include ") +
-            (cpu_traversal ? "-D IR_CPU " : "") + "-D IR_FEATURES=" + (analytic ? "IR_FEATURE_ANALYTIC" : "0u");
+        program_ = cl::Program(context_, device::expand_source("trace_test.cl"));
+        const std::string options = std::string("-cl-std=CL1.2 ") + (cpu_traversal ? "-D IR_CPU " : "") +
+                                    "-D IR_FEATURES=" + (analytic ? "IR_FEATURE_ANALYTIC" : "0u");
         try {
             program_.build(options.c_str());
         } catch (const cl::Error&) {
