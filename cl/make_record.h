@@ -12,7 +12,7 @@
     store[((first) + 1) * IR_GROUP + item] = (v).y; \
     store[((first) + 2) * IR_GROUP + item] = (v).z
 
-IR_FN void store_sums(IR_LOCAL float* store, uint item, const HemisphereSums* s) {
+IR_INLINE_FN void store_sums(IR_LOCAL float* store, uint item, const HemisphereSums* s) {
     IR_SUM3(store, 0, s->irradiance);
     IR_SUM3(store, 3, s->rx);
     IR_SUM3(store, 6, s->ry);
@@ -26,7 +26,7 @@ IR_FN void store_sums(IR_LOCAL float* store, uint item, const HemisphereSums* s)
     store[22 * IR_GROUP + item] = s->min_distance;
 }
 
-IR_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
+IR_INLINE_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
     for (uint i = 0; i < 22u; ++i) store[i * IR_GROUP + to] += store[i * IR_GROUP + from];
     store[22 * IR_GROUP + to] = min(store[22 * IR_GROUP + to], store[22 * IR_GROUP + from]);
 }
@@ -34,7 +34,7 @@ IR_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
 #define IR_LOAD3(store, first) \
     make_real3(store[(first)*IR_GROUP], store[((first) + 1) * IR_GROUP], store[((first) + 2) * IR_GROUP])
 
-IR_FN HemisphereSums load_sums(const IR_LOCAL float* store) {
+IR_INLINE_FN HemisphereSums load_sums(const IR_LOCAL float* store) {
     HemisphereSums s;
     s.irradiance = IR_LOAD3(store, 0);
     s.rx = IR_LOAD3(store, 3);

@@ -1,11 +1,16 @@
 // One dialect for three compilers: OpenCL C 1.2, CUDA C++ (nvcc, NVRTC), and host C++ in double precision (tests).
 // Everything else in cl/ uses only what is defined here: `real`, `real3`, make_real3, dot, cross, length, normalize,
 // IR_FN, IR_GLOBAL, ... No vector literals, no swizzles, no built-in that one of the three lacks.
+//
+// Functions that take IR_LOCAL memory are IR_INLINE_FN, never IR_FN: where one stays a function of its own, LLVM puts
+// the address of the kernel's array into it instead of the parameter, which PoCL 3.1 does not see when it moves the
+// array: what the function writes is lost.
 #ifndef IR_PORTABLE_H
 #define IR_PORTABLE_H
 
 #if defined(__OPENCL_VERSION__)  // ------------------------------------------------------------------ OpenCL C
 #define IR_FN static
+#define IR_INLINE_FN static __attribute__((always_inline))
 #define IR_KERNEL __kernel
 #define IR_GLOBAL __global
 #define IR_LOCAL __local
@@ -37,6 +42,7 @@ typedef float3 real3;
 typedef unsigned int uint;
 typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) includes: 64 bits on Linux
 #define IR_FN static __device__
+#define IR_INLINE_FN static __device__ __forceinline__
 #define IR_KERNEL extern "C" __global__
 #define IR_GLOBAL
 #define IR_LOCAL
@@ -65,6 +71,7 @@ typedef float3 real3;
 #include <cmath>
 #include <cstdint>
 #define IR_FN inline
+#define IR_INLINE_FN inline
 #define IR_GLOBAL
 #define IR_LOCAL
 #define IR_CONSTANT static const

@@ -101,9 +101,9 @@ IR_FN void tile_radiance(const SceneData* s, const GridParameters* grid, IR_GLOB
 }
 
 // Traces one tile of strata from q and stores its cells.
-IR_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
-                       const ShadingPoint* q, uint record, uint tile, uint edges, uint seed, IR_LOCAL float* cells,
-                       RayCount* rays) {
+IR_INLINE_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
+                              const ShadingPoint* q, uint record, uint tile, uint edges, uint seed,
+                              IR_LOCAL float* cells, RayCount* rays) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const real3 g = make_real3(q->gx, q->gy, q->gz);
     const real3 p = make_real3(q->px, q->py, q->pz);
@@ -152,7 +152,7 @@ IR_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR_GLOBAL
     }
 }
 
-IR_FN HemisphereSample load_cell(const IR_LOCAL float* cells, uint cell) {
+IR_INLINE_FN HemisphereSample load_cell(const IR_LOCAL float* cells, uint cell) {
     HemisphereSample sample;
     const float x = cells[cell], y = cells[IR_CELLS + cell];
     sample.direction = make_real3(x, y, sqrt(max(1.0f - x * x - y * y, 6e-8f)));
@@ -163,8 +163,8 @@ IR_FN HemisphereSample load_cell(const IR_LOCAL float* cells, uint cell) {
 }
 
 // Sums the cells of one work-item.
-IR_FN HemisphereSums sum_cells(const IR_LOCAL float* cells, uint first, RecordParameters parameters,
-                               IR_GLOBAL const float* ring_weights) {
+IR_INLINE_FN HemisphereSums sum_cells(const IR_LOCAL float* cells, uint first, RecordParameters parameters,
+                                      IR_GLOBAL const float* ring_weights) {
     HemisphereSums sums = hemisphere_sums_zero();
     for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
         const uint j = cell / IR_N, k = cell % IR_N;

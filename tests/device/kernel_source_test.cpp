@@ -107,4 +107,20 @@ TEST(KernelSource, FolderComesBeforeEmbeddedFiles) {
     EXPECT_NE(text.find("echo_sizes"), std::string::npos);
 }
 
+// See cl/portable.h: a function of its own that takes local memory may lose what it writes.
+TEST(KernelSource, FunctionsThatTakeLocalMemoryAreInlined) {
+    std::size_t functions = 0;
+    for (const irradia::device::EmbeddedFile* f = irradia::device::embedded_files(); f->name != nullptr; ++f) {
+        const std::string text(reinterpret_cast<const char*>(f->text), f->bytes);
+        for (std::size_t at = text.find("FN "); at != std::string::npos; at = text.find("FN ", at + 1)) {
+            const std::size_t line = text.rfind('\n', at) + 1;
+            const std::string head = text.substr(line, text.find('{', at) - line);
+            if (head.starts_with('#') || head.find("IR_LOCAL ") == std::string::npos) continue;
+            EXPECT_TRUE(head.starts_with("IR_INLINE_FN ")) << f->name << ": " << head;
+            ++functions;
+        }
+    }
+    EXPECT_GE(functions, 6u);  // those of sample_hemispheres.cl and make_record.h
+}
+
 }  // namespace
