@@ -7,7 +7,8 @@
 #define IR_PACKET_MIN_LEAF 2  // a leaf pays sooner
 
 IR_FN float largest16(float16 a) {
-    const float8 b = max(a.lo, a.hi);
+    // oclgrind 21.10 takes a float16's .hi for uninitialised; compilers make the same of both.
+    const float8 b = max(a.lo, (float8)(a.s8, a.s9, a.sa, a.sb, a.sc, a.sd, a.se, a.sf));
     const float4 c = max(b.lo, b.hi);
     const float2 d = max(c.lo, c.hi);
     return max(d.x, d.y);
