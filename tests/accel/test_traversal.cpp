@@ -121,6 +121,34 @@ TEST_P(TraversalTest, SphereIsHitFromFarAndFromInside) {
     EXPECT_NEAR(hits[5].t, 4.995f, 1e-6f);  // t counts directions, not lengths
 }
 
+// Packets of every size from inside of a sphere and nothing else: each lane hits at the t of geometry, and is occluded
+// from there on.
+TEST_P(TraversalTest, PacketsInsideASphere) {
+    Scene scene;
+    constexpr float kRadius = 2;
+    shapes::add_sphere(scene, {0, 0, 0}, kRadius);
+    build_accel(scene);
+    testing::Traversal device(scene, cpu());
+    for (std::uint32_t size = 1; size <= 16; ++size) {
+        std::vector<Ray> rays = tiled(random_rays(size, 1, 0, kFar, 53 + size));
+        const std::vector<DeviceHit> hits = device.tiles(rays, size);
+        std::vector<double> t;
+        for (const Ray& r : rays) {
+            const testing::Double3 o{r.ox, r.oy, r.oz}, d{r.dx, r.dy, r.dz};
+            const double a = testing::dot(d, d), b = testing::dot(o, d), c = testing::dot(o, o) - kRadius * kRadius;
+            t.push_back((std::sqrt(b * b - a * c) - b) / a);
+        }
+        for (std::size_t i = 0; i < size; ++i) {
+            EXPECT_EQ(hits[i].primitive, 0u) << "ray " << i << " of " << size;
+            EXPECT_NEAR(hits[i].t, t[i], 4e-6 * (1 + t[i])) << "ray " << i << " of " << size;
+            rays[i].t_max = static_cast<float>(t[i] * (i % 3 == 0 ? 1.001 : 0.999));
+        }
+        const std::vector<std::uint32_t> occluded = device.occluded_tiles(rays, size);
+        for (std::size_t i = 0; i < size; ++i)
+            EXPECT_EQ(occluded[i], i % 3 == 0 ? 1u : 0u) << "ray " << i << " of " << size;
+    }
+}
+
 // Occlusion over random intervals, against brute force.
 TEST_P(TraversalTest, OcclusionRespectsTheInterval) {
     Scene scene = shapes::triangle_soup(500, 0.4f, 17);

@@ -128,6 +128,18 @@ TEST(DeviceHemisphere, AnyScale) {  // gradients ~ 1/length, Hessian ~ 1/length^
     }
 }
 
+TEST(DeviceHemisphere, FewStrata) {  // one ring, whose neighbour is itself; no multiples of anything
+    std::vector<Rectangle> scene;
+    for (const json& c : load_vectors("hemisphere_cells", "cases"))
+        if (c["name"] == "room_corner_mid") scene = rectangles_of(c);
+    ASSERT_EQ(scene.size(), 6u);
+    std::mt19937 random(37);
+    for (const auto& [m, n] : {std::pair{1u, 3u}, {3u, 5u}}) {
+        const Hemisphere h = sample_scene(scene, {.5, 1.4, .3}, {0, 0, 1}, m, n, random);
+        expect_record(run_record(h), record_of(rounded(h)), sizes_of(h), std::to_string(m) + "x" + std::to_string(n));
+    }
+}
+
 // Theory 3.3's table in float32: jittered 16x64 in the room, at distance h from a wall of radiance 1.
 TEST(DeviceHemisphere, CreaseGradientHoldsCloseToAWall) {
     std::vector<Rectangle> scene;
