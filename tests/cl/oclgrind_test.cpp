@@ -1,0 +1,265 @@
+// Every kernel of cl/ under oclgrind, an OpenCL device that checks: no data race, no access out of bounds, no use of
+// uninitialised memory, no barrier that part of a group does not reach, no wrong call of the API. Small pictures; what
+// the kernels compute is tested elsewhere.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "../app/command.h"
+#include "device/kernel_source.h"
+
+namespace irradia::test {
+namespace {
+
+using Names = std::set<std::string>;
+
+const Names kIrradiance{"find_misses",    "sample_hemispheres", "clamp_new_records", "clamp_old_records",
+                        "insert_records", "find_uncovered",     "shade_pixels"};
+const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "find_uncovered", "shade_pixels"};
+const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
+const Names kPath{"trace_paths"};
+const Names kTraversal{"test_closest", "test_occluded", "test_tile", "test_tile_occluded"};
+const Names kFormulas{"formula_angle",  "formula_crease",  "formula_edge_flux", "formula_ellipse",
+                      "formula_frame",  "formula_ggx",     "formula_harmonics", "formula_hemisphere",
+                      "formula_limits", "formula_probe",   "formula_reproject", "formula_ring",
+                      "formula_shapes", "formula_stratum", "formula_weight"};
+const Names kCache{"insert_records", "look_up"};
+const Names kEchoSizes{"echo_sizes"};
+
+/// The first and last line of function `name` of the device code `file`.
+std::pair<int, int> lines_of(const std::string& file, const std::string& name) {
+    std::string text;
+    EXPECT_TRUE(device::find_source(file, text)) << file;
+    const std::size_t begin = text.find(" " + name + "("), end = text.find("\n}\n", begin);
+    if (begin == std::string::npos || end == std::string::npos) {
+        ADD_FAILURE() << "no function " << name << " in " << file;
+        return {0, -1};
+    }
+    const auto line = [&](std::size_t at) {
+        return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n'));
+    };
+    return {line(begin), line(end + 1)};
+}
+
+/// The one thing that oclgrind says of this code by right and that is meant: insertion into the octree is lock-free.
+/// Words that others set by compare-and-swap, and entries published by it, are read by plain loads (OpenCL 1.2 has no
+/// atomic ones). So a read-write race is no finding if both sides lie in the same of these two functions.
+bool is_lock_free_insertion(const std::string& message) {
+    if (message.find("Read-write data race at global memory address") != 0) return false;
+    if (message.find("\tKernel: insert_records\n") == std::string::npos) return false;
+    const std::regex place("At line ([0-9]+) \\(column [0-9]+\\) of ([^:]+):");
+    std::vector<int> lines;
+    for (std::sregex_iterator i(message.begin(), message.end(), place), end; i != end; ++i) {
+        if ((*i)[2] != "octree.h") return false;
+        lines.push_back(std::stoi((*i)[1]));
+    }
+    if (lines.size() != 2) return false;
+    for (const char* function : {"octree_child", "octree_enter"}) {
+        const auto [first, last] = lines_of("octree.h", function);
+        const auto within = [&](int line) { return line >= first && line <= last; };
+        if (within(lines[0]) && within(lines[1])) return true;
+    }
+    return false;
+}
+
+/// The messages of a log, without those that are no finding. A message begins at the margin; what follows is indented.
+std::vector<std::string> findings(const std::string& log) {
+    std::vector<std::string> messages;
+    std::istringstream lines(log);
+    for (std::string line; std::getline(lines, line);) {
+        if (line.empty()) continue;
+        if (line[0] != '\t' || messages.empty()) messages.emplace_back();
+        messages.back() += line + "\n";
+    }
+    std::erase_if(messages, is_lock_free_insertion);
+    return messages;
+}
+
+class Oclgrind : public CommandTest {
+protected:
+    void SetUp() override {
+        CommandTest::SetUp();
+        if (std::system("command -v oclgrind >/dev/null") != 0)
+            GTEST_SKIP() << "oclgrind is not installed (Debian package oclgrind)";
+    }
+
+    /// Runs a command under oclgrind: it succeeds, runs the kernels `expected` and no others, and nothing is found.
+    void check(const std::string& executable, const std::vector<std::string>& arguments, const Names& expected) const {
+        // Code as clang emits it: optimised code holds instructions (freeze, bitreverse) that oclgrind 21.10 lacks.
+        std::vector<std::string> line{"--build-options", "-O0 -disable-llvm-passes",
+                                      "--num-threads",   "1",
+                                      "--data-races",    "--uninitialized",
+                                      "--check-api",     "--inst-counts",
+                                      "--max-errors",    "100000",
+                                      "--log",           in_folder("log"),
+                                      executable};
+        line.insert(line.end(), arguments.begin(), arguments.end());
+        const Outcome outcome = call("oclgrind", line);
+        ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out.substr(0, 2000) << file_text(in_folder("log"));
+        Names ran;
+        const std::regex counts("Instructions executed for kernel '([a-z_0-9]+)':");
+        for (std::sregex_iterator i(outcome.out.begin(), outcome.out.end(), counts), end; i != end; ++i)
+            ran.insert((*i)[1]);
+        EXPECT_EQ(ran, expected);
+        ASSERT_TRUE(std::filesystem::exists(in_folder("log")));
+        const std::vector<std::string> found = findings(file_text(in_folder("log")));
+        EXPECT_TRUE(found.empty()) << found.size() << " messages, the first:\n" << found.front();
+    }
+
+    void render(const std::string& scene, const std::string& traversal, std::vector<std::string> options,
+                const Names& expected) const {
+        options.insert(options.begin(), {scene, "-o", "a.exr", "--traversal", traversal, "--threads", "1"});
+        check(RENDER, options, expected);
+    }
+
+    static std::string project_scene(const std::string& name) {
+        return std::string(IRRADIA_SOURCE_DIR) + "/scenes/" + name + ".xml";
+    }
+
+    /// A scene that needs everything that kernels are specialised by: textures, analytic surfaces, smooth normals,
+    /// an environment, a light at a point; and area lights of both kinds.
+    std::string whole_scene() const {
+        std::ofstream(in_folder("a.obj")) << "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv 0 1 0\nvn -1 0 -1\nvn 1 0 -1\nvn 0 0 1\n"
+                                             "vn 0 1 0\nf 1//1 2//2 3//3\nf 1//1 4//4 2//2\nf 2//2 4//4 3//3\n"
+                                             "f 3//3 4//4 1//1\n";
+        std::ofstream(in_folder("whole.xml")) << R"(<scene version="3.0.0">
+<sensor type="perspective"><float name="fov" value="50"/>
+    <transform name="to_world"><lookat origin="0, 2, 5" target="0, 0.7, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><rfilter type="gaussian"/></film></sensor>
+<shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate x="1" angle="-90"/></transform>
+    <bsdf type="twosided"><bsdf type="diffuse"><texture type="bitmap" name="reflectance">
+    <string name="filename" value=")" << IRRADIA_SOURCE_DIR
+                                              << R"(/scenes/textures/tiles.png"/></texture></bsdf></bsdf></shape>
+<shape type="obj"><string name="filename" value="a.obj"/>
+    <bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.5, 0.3"/></bsdf></shape>
+<shape type="sphere"><point name="center" x="1.2" y="0.5" z="1"/><float name="radius" value="0.5"/></shape>
+<shape type="disk"><transform name="to_world"><translate x="-1.2" y="1" z="-1"/></transform></shape>
+<shape type="sphere"><point name="center" x="-1" y="0.3" z="1.2"/><float name="radius" value="0.3"/>
+    <emitter type="area"><rgb name="radiance" value="3, 2, 1"/></emitter></shape>
+<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
+    <emitter type="area"><rgb name="radiance" value="4"/></emitter></shape>
+<emitter type="point"><point name="position" x="2" y="2" z="2"/><rgb name="intensity" value="5"/></emitter>
+<emitter type="constant"><rgb name="radiance" value="0.3"/></emitter>
+</scene>)";
+        return in_folder("whole.xml");
+    }
+};
+
+// ---- `render`: both traversals, scenes that need nothing special and everything, the variants of each method
+// ----------
+
+// Two blocks of 4x4 pixels, so that records are made and inserted several at once; two tiles of strata.
+const std::vector<std::string> kTwoTiles{"--width", "8", "--height", "4", "--hemisphere", "4x8", "--spp", "2"};
+
+TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance); }
+TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance); }
+
+// Strata that fill no tile; every other rule, the layers.
+const std::vector<std::string> kOtherRules{
+    "--width",     "4",    "--height", "4",       "--hemisphere", "3x7",       "--spp",           "3",
+    "--gradients", "ward", "--radius", "minimum", "--weight",     "tabellion", "--no-direct-mis", "--no-share-lookups",
+    "--aov",       "all"};
+
+TEST_F(Oclgrind, IrradianceOfAWholeSceneCpu) { render(whole_scene(), "cpu", kOtherRules, kIrradiance); }
+TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) { render(whole_scene(), "gpu", kOtherRules, kIrradiance); }
+
+TEST_F(Oclgrind, IrradianceWithoutRefinements) {
+    render(project_scene("furnace"), "cpu",
+           {"--width", "4", "--height", "4", "--hemisphere", "4x4", "--spp", "1", "--gradients", "none", "--radius",
+            "harmonic", "--no-neighbour-clamp", "--no-gradient-limit", "--no-in-front", "--max-depth", "4"},
+           kUnclamped);
+}
+
+TEST_F(Oclgrind, Gather) {
+    const std::vector<std::string> options{"--method", "gather",       "--width", "3",     "--height",
+                                           "3",        "--hemisphere", "4x8",     "--spp", "1"};
+    render(project_scene("cornell-box"), "cpu", options, kGather);
+    std::vector<std::string> more = options;
+    more.insert(more.end(), {"--aov", "all", "--no-direct-mis"});
+    render(whole_scene(), "cpu", more, kGather);
+    render(whole_scene(), "gpu", more, kGather);
+}
+
+TEST_F(Oclgrind, Path) {
+    for (const std::string traversal : {"cpu", "gpu"}) {
+        for (const std::string scene : {"cornell-box", "spheres", "textured", "integrating-sphere", "occluder"})
+            render(project_scene(scene), traversal, {"--method", "path", "--width", "5", "--height", "4", "--spp", "1"},
+                   kPath);
+        render(whole_scene(), traversal,
+               {"--method", "path", "--width", "5", "--height", "4", "--spp", "2", "--aov", "all"}, kPath);
+    }
+}
+
+// ---- kernels that only tests launch, by those tests ----------------------------------------------------------------
+
+TEST_F(Oclgrind, Traversal) { check(TEST_TRAVERSAL, {"--gtest_filter=*Inside*:*IntervalIsOpen*"}, kTraversal); }
+TEST_F(Oclgrind, Cache) { check(TEST_CACHE, {"--gtest_filter=*HoldsIdenticalRecords"}, kCache); }
+TEST_F(Oclgrind, EchoSizes) { check(DEVICE_TEST, {"--gtest_filter=EchoSizes.*"}, kEchoSizes); }
+TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
+    check(DEVICE_FORMULAS_TEST,
+          {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
+           "DeviceHemisphere.FewStrata:DeviceWeight.MatchesVectors:DeviceInFront.MatchesVectors:DeviceRadius.*:"
+           "DeviceHarmonics.*:DeviceGgx.*:DeviceReproject.*:DeviceProbe.*"},
+          kFormulas);
+}
+
+// ---- the checks themselves -----------------------------------------------------------------------------------------
+
+TEST(OclgrindCoverage, IsAllKernels) {
+    Names expected, kernels;
+    for (const Names& names : {kIrradiance, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes})
+        expected.insert(names.begin(), names.end());
+    const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
+    for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {
+        const std::string text(reinterpret_cast<const char*>(f->text), f->bytes);
+        for (const std::regex& pattern : {kernel, formula})
+            for (std::sregex_iterator i(text.begin(), text.end(), pattern), end; i != end; ++i)
+                if ((*i)[1] != "name") kernels.insert((*i)[1]);  // IR_FORMULA's own definition
+    }
+    EXPECT_EQ(kernels, expected);
+}
+
+// Faults that oclgrind is there to find are found, in kernels of this test's own.
+TEST_F(Oclgrind, FindsWhatIsWrong) {
+    const std::map<std::string, std::string> faults{
+        {"race", "local uint a[2]; a[get_local_id(0) / 2] = get_local_id(0); out[get_global_id(0)] = a[0];"},
+        {"bounds", "out[get_global_id(0) + 1] = 1;"},
+        {"uninitialised", "uint a[2]; a[0] = 1; if (a[get_global_id(0) & 1] > 3) out[0] = 1;"},
+        {"barrier", "if (get_local_id(0) == 0) barrier(CLK_LOCAL_MEM_FENCE); out[get_global_id(0)] = 1;"}};
+    for (const auto& [name, body] : faults) {
+        std::ofstream(in_folder("fault.cl")) << "kernel void fault(global uint* out) { " << body << " }\n";
+        std::ofstream(in_folder("fault.sim")) << "fault.cl\nfault\n4 1 1\n4 1 1\n<size=16 fill=0 uint>\n";
+        call("oclgrind-kernel", {"--build-options", "-O0 -disable-llvm-passes", "--data-races", "--uninitialized",
+                                 "--log", in_folder("log"), "fault.sim"});
+        EXPECT_FALSE(findings(file_text(in_folder("log"))).empty()) << name;
+        std::filesystem::remove(in_folder("log"));
+    }
+}
+
+TEST(OclgrindFindings, OnlyTheLockFreeInsertionIsNone) {
+    const auto race = [](const std::string& kind, const std::string& kernel, int a, int b) {
+        const auto entity = [](int line) {
+            return "\tentity\n\tAt line " + std::to_string(line) + " (column 3) of octree.h:\n\t  text\n\t\n";
+        };
+        return "\n" + kind + " data race at global memory address 0x10\n\tKernel: " + kernel + "\n\t\n" + entity(a) +
+               entity(b);
+    };
+    const auto [child, child_end] = lines_of("octree.h", "octree_child");
+    const auto [enter, enter_end] = lines_of("octree.h", "octree_enter");
+    ASSERT_LT(child_end, enter);
+    EXPECT_EQ(findings(race("Read-write", "insert_records", child + 1, child_end - 1)).size(), 0u);
+    EXPECT_EQ(findings(race("Read-write", "insert_records", enter_end - 1, enter + 1)).size(), 0u);
+    EXPECT_EQ(findings(race("Read-write", "insert_records", child + 1, enter + 1)).size(), 1u);
+    EXPECT_EQ(findings(race("Read-write", "insert_records", enter + 1, enter_end + 1)).size(), 1u);
+    EXPECT_EQ(findings(race("Write-write", "insert_records", enter + 1, enter + 1)).size(), 1u);
+    EXPECT_EQ(findings(race("Read-write", "shade_pixels", enter + 1, enter + 1)).size(), 1u);
+    EXPECT_EQ(findings("\nInvalid read of size 4\n\tKernel: insert_records\n").size(), 1u);
+    EXPECT_EQ(findings("Oclgrind: 9 errors generated - suppressing further errors\n").size(), 1u);
+}
+
+}  // namespace
+}  // namespace irradia::test
