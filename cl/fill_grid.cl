@@ -80,11 +80,13 @@ IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridPara
 
 IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow, uint level) {
     if (IR_GLOBAL_ID >= grid.slots) return;
+    // Others take free slots meanwhile: their keys, of another level, must be read as they are set, atomically.
+    const uint key = IR_ATOMIC_ADD(&sums[IR_GLOBAL_ID].key, 0u);
+    if (key == 0u || key >> 30 != level) return;
     const GridSum own = sums[IR_GLOBAL_ID];
-    if (own.key == 0u || own.key >> 30 != level) return;
     const uint slot = grid_take(&grid, sums, grid_parent(own.key));
     if (slot == grid.slots) {
-        *overflow = 1u;
+        IR_ATOMIC_MAX(overflow, 1u);
         return;
     }
     volatile IR_GLOBAL GridSum* parent = &sums[slot];
@@ -116,7 +118,7 @@ IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cel
     while (IR_ATOMIC_CAS(&cells[slot].key, 0u, sum.key) != 0u) {
         slot = (slot + 1u) & (slots - 1u);
         if (++probes == IR_GRID_PROBES) {
-            *overflow = 1u;
+            IR_ATOMIC_MAX(overflow, 1u);
             return;
         }
     }

@@ -97,7 +97,7 @@ IR_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sum
                         volatile IR_GLOBAL uint* overflow) {
     const uint slot = grid_take(g, sums, grid_key(g, 0u, p, n));
     if (slot == g->slots) {
-        *overflow = 1u;
+        IR_ATOMIC_MAX(overflow, 1u);
         return;
     }
     const real3 units = irradiance * (1.0f / g->unit);

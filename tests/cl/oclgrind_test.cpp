@@ -17,9 +17,12 @@ namespace {
 
 using Names = std::set<std::string>;
 
-const Names kIrradiance{"find_misses",    "sample_hemispheres", "clamp_new_records", "clamp_old_records",
-                        "insert_records", "find_uncovered",     "shade_pixels"};
-const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "find_uncovered", "shade_pixels"};
+const Names kUngridded{"find_misses",       "sample_hemispheres", "clamp_new_records",
+                       "clamp_old_records", "insert_records",     "shade_pixels"};
+const Names kIrradiance{"trace_grid_paths", "merge_grid_level",   "count_grid_answers", "grid_means",
+                        "find_misses",      "sample_hemispheres", "clamp_new_records",  "clamp_old_records",
+                        "insert_records",   "shade_pixels"};
+const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "shade_pixels"};
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kTraversal{"test_closest", "test_occluded", "test_tile", "test_tile_occluded"};
@@ -153,16 +156,40 @@ protected:
 // ----------
 
 // Two blocks of 4x4 pixels, so that records are made and inserted several at once; two tiles of strata.
-const std::vector<std::string> kTwoTiles{"--width", "8", "--height", "4", "--hemisphere", "4x8", "--spp", "2"};
+const std::vector<std::string> kTwoTiles{"--width", "8", "--height",     "4", "--hemisphere", "4x8",
+                                         "--spp",   "2", "--grid-paths", "64"};
 
 TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance); }
 TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance); }
 
+TEST_F(Oclgrind, IrradianceWithoutGrid) {
+    std::vector<std::string> options = kTwoTiles;
+    options.emplace_back("--no-grid");
+    render(project_scene("cornell-box"), "cpu", options, kUngridded);
+}
+
 // Strata that fill no tile; every other rule, the layers.
-const std::vector<std::string> kOtherRules{
-    "--width",     "4",    "--height", "4",       "--hemisphere", "3x7",       "--spp",           "3",
-    "--gradients", "ward", "--radius", "minimum", "--weight",     "tabellion", "--no-direct-mis", "--no-share-lookups",
-    "--aov",       "all"};
+const std::vector<std::string> kOtherRules{"--width",
+                                           "4",
+                                           "--height",
+                                           "4",
+                                           "--hemisphere",
+                                           "3x7",
+                                           "--spp",
+                                           "3",
+                                           "--gradients",
+                                           "ward",
+                                           "--radius",
+                                           "minimum",
+                                           "--weight",
+                                           "tabellion",
+                                           "--direct-mis",
+                                           "off",
+                                           "--no-share-lookups",
+                                           "--aov",
+                                           "all",
+                                           "--grid-paths",
+                                           "32"};
 
 TEST_F(Oclgrind, IrradianceOfAWholeSceneCpu) { render(whole_scene(), "cpu", kOtherRules, kIrradiance); }
 TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) { render(whole_scene(), "gpu", kOtherRules, kIrradiance); }
@@ -179,7 +206,7 @@ TEST_F(Oclgrind, Gather) {
                                            "3",        "--hemisphere", "4x8",     "--spp", "1"};
     render(project_scene("cornell-box"), "cpu", options, kGather);
     std::vector<std::string> more = options;
-    more.insert(more.end(), {"--aov", "all", "--no-direct-mis"});
+    more.insert(more.end(), {"--aov", "all", "--direct-mis", "off"});
     render(whole_scene(), "cpu", more, kGather);
     render(whole_scene(), "gpu", more, kGather);
 }
@@ -211,7 +238,8 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
-    for (const Names& names : {kIrradiance, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes})
+    for (const Names& names :
+         {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {
