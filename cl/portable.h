@@ -21,6 +21,7 @@
 #define IR_GROUP_ID ((uint)get_group_id(0))
 #define IR_GLOBAL_ID ((uint)get_global_id(0))
 #define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
+#define IR_BARRIER_ALL() barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)  // what the group wrote anywhere
 #define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
 #define IR_AS_UINT(x) as_uint(x)
 #define IR_AS_FLOAT(x) as_float(x)
@@ -53,6 +54,7 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_GROUP_ID (blockIdx.x)
 #define IR_GLOBAL_ID (blockIdx.x * blockDim.x + threadIdx.x)
 #define IR_BARRIER() __syncthreads()
+#define IR_BARRIER_ALL() __syncthreads()
 #define IR_GLOBAL_FENCE() __threadfence()
 #define IR_AS_UINT(x) __float_as_uint(x)
 #define IR_AS_FLOAT(x) __uint_as_float(x)

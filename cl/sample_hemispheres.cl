@@ -5,7 +5,7 @@
 //   2. After a barrier every work-item sums its cells and the two edges each cell owns; the group adds the sums up.
 //   3. One work-item makes the record.
 // Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT, IR_GRID,
-// IR_DIRECT_MIS.
+// IR_DIRECT_MIS, IR_GLOBAL_CELLS (the cells of a group lie in global memory: local memory is too small for them).
 #include "direct.h"
 #include "film.h"
 #include "irradiance_grid.h"
@@ -21,11 +21,21 @@
 #endif
 #define IR_TILES ((IR_CELLS + IR_TILE - 1) / IR_TILE)
 
-// A cell in local memory, as structure of arrays: direction x, y, distance, hit normal x, y, z, radiance r, g, b.
+// The cells of a group, as structure of arrays: direction x, y, distance, hit normal x, y, z, radiance r, g, b.
 #define IR_CELL_FLOATS 9
 #define IR_SCRATCH_CELLS (IR_CELL_FLOATS * IR_CELLS)
 #define IR_SCRATCH_SUMS (IR_SUM_FLOATS * IR_GROUP)
+#if IR_GLOBAL_CELLS
+#define IR_CELL_SPACE IR_GLOBAL
+#define IR_CELL_BARRIER IR_BARRIER_ALL
+#define IR_GROUP_CELLS (global_cells + IR_GROUP_ID * IR_SCRATCH_CELLS)
+#define IR_SCRATCH IR_SCRATCH_SUMS
+#else
+#define IR_CELL_SPACE IR_LOCAL
+#define IR_CELL_BARRIER IR_BARRIER
+#define IR_GROUP_CELLS scratch
 #define IR_SCRATCH (IR_SCRATCH_CELLS > IR_SCRATCH_SUMS ? IR_SCRATCH_CELLS : IR_SCRATCH_SUMS)
+#endif
 
 IR_FN uint tile_cell(uint tile, uint i) {
 #if IR_TILE_RINGS == 4
@@ -103,7 +113,7 @@ IR_FN void tile_radiance(const SceneData* s, const GridParameters* grid, IR_GLOB
 // Traces one tile of strata from q and stores its cells.
 IR_INLINE_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
                               const ShadingPoint* q, uint record, uint tile, uint edges, uint seed,
-                              IR_LOCAL float* cells, RayCount* rays) {
+                              IR_CELL_SPACE float* cells, RayCount* rays) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const real3 g = make_real3(q->gx, q->gy, q->gz);
     const real3 p = make_real3(q->px, q->py, q->pz);
@@ -152,7 +162,7 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR
     }
 }
 
-IR_INLINE_FN HemisphereSample load_cell(const IR_LOCAL float* cells, uint cell) {
+IR_INLINE_FN HemisphereSample load_cell(const IR_CELL_SPACE float* cells, uint cell) {
     HemisphereSample sample;
     const float x = cells[cell], y = cells[IR_CELLS + cell];
     sample.direction = make_real3(x, y, sqrt(max(1.0f - x * x - y * y, 6e-8f)));
@@ -163,7 +173,7 @@ IR_INLINE_FN HemisphereSample load_cell(const IR_LOCAL float* cells, uint cell) 
 }
 
 // Sums the cells of one work-item.
-IR_INLINE_FN HemisphereSums sum_cells(const IR_LOCAL float* cells, uint first, RecordParameters parameters,
+IR_INLINE_FN HemisphereSums sum_cells(const IR_CELL_SPACE float* cells, uint first, RecordParameters parameters,
                                       IR_GLOBAL const float* ring_weights) {
     HemisphereSums sums = hemisphere_sums_zero();
     for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
@@ -194,24 +204,25 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
                                   IR_GLOBAL const float* ring_weights, IR_GLOBAL RecordKey* record_keys,
                                   IR_GLOBAL RecordValue* record_values, IR_GLOBAL uint* ray_counts,
                                   IR_GLOBAL const GridCell* grid_cells, GridParameters grid,
-                                  RecordParameters parameters, uint first_record, uint salt, uint edges, uint seed) {
+                                  RecordParameters parameters, IR_GLOBAL float* global_cells, uint first,
+                                  uint first_record, uint salt, uint edges, uint seed) {
     IR_LOCAL_ARRAY(float, scratch, IR_SCRATCH);
     const uint item = IR_LOCAL_ID;
-    const uint record = first_record + IR_GROUP_ID;  // where the record is stored
+    const uint record = first_record + first + IR_GROUP_ID;  // where the record is stored
     IR_SCENE_INIT(s);
-    const ShadingPoint q = points[stack[IR_GROUP_ID]];
+    const ShadingPoint q = points[stack[first + IR_GROUP_ID]];
     // What its random numbers are a function of: the pixel, so that records elsewhere do not change them. (`salt` tells
     // records of one pixel apart.)
     const uint index = q.pixel ^ hash_uint(salt);
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     for (uint tile = item; tile < IR_TILES; tile += IR_GROUP)
-        sample_tile(&s, &grid, grid_cells, &q, index, tile, edges, seed, scratch, &rays);
+        sample_tile(&s, &grid, grid_cells, &q, index, tile, edges, seed, IR_GROUP_CELLS, &rays);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
     if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);
-    IR_BARRIER();
-    const HemisphereSums own = sum_cells(scratch, item, parameters, ring_weights);
+    IR_CELL_BARRIER();
+    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, parameters, ring_weights);
     IR_BARRIER();  // everyone has read the cells: their memory now holds the sums
     store_sums(scratch, item, &own);
     IR_BARRIER();

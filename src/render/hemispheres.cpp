@@ -15,8 +15,10 @@ namespace {
 // The Hessian rule's support is accuracy (unit_tau area E / |lambda|)^(1/4): with this factor the same `accuracy` gives
 // about as many records as the distance rules do, and their number grows as 1/accuracy² in both.
 constexpr float unit_tau = 1000.0f;
-constexpr float largest_aspect = 3.0f;                       // theory 6: 2-3 is a fair compromise
-constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;  // cl/sample_hemispheres.cl, cl/make_record.h
+constexpr float largest_aspect = 3.0f;                        // theory 6: 2-3 is a fair compromise
+constexpr std::size_t largest_cells = std::size_t{64} << 20;  // bytes of one hemisphere
+constexpr std::size_t cells_memory = std::size_t{256} << 20;  // bytes of those that run at once, in global memory
+constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;   // cl/sample_hemispheres.cl, cl/make_record.h
 }  // namespace
 
 float neighbour_clamp_slope(const RenderSettings& settings) {
@@ -31,10 +33,13 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
         throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) +
                     ": expected at least 1 ring and 3 sectors");
     const std::size_t group = run.device.group_size();
-    const std::size_t bytes = sizeof(float) * std::max(floats_a_cell * m * n, floats_a_sum * group);
-    if (bytes > run.device.description().local_memory)
-        throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + " needs " + std::to_string(bytes) +
-                    " bytes of local memory, the device has " + std::to_string(run.device.description().local_memory));
+    cell_bytes_ = sizeof(float) * floats_a_cell * m * n;
+    if (cell_bytes_ > largest_cells)
+        throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + ": " + std::to_string(m * n) +
+                    " directions, expected at most " + std::to_string(largest_cells / sizeof(float) / floats_a_cell));
+    // GPUs have 48 KiB of local memory: 1365 directions.
+    global_cells_ = std::max(cell_bytes_, sizeof(float) * floats_a_sum * group) > run.device.description().local_memory;
+    cells_ = run.device.allocate(global_cells_ ? std::max(cell_bytes_, cells_memory) : 0);
     const int gradient = with_gradients ? static_cast<int>(settings.gradients) : 0;
     const int radius = with_gradients ? static_cast<int>(settings.radius) : 0;
     defines_ = {{"IR_M", std::to_string(m)},
@@ -42,6 +47,7 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
                 {"IR_GROUP", std::to_string(group)},
                 {"IR_GRADIENT", std::to_string(gradient)},
                 {"IR_RADIUS", std::to_string(radius)},
+                {"IR_GLOBAL_CELLS", global_cells_ ? "1" : "0"},
                 {"IR_DIRECT_MIS", run.direct_mis() ? "1" : "0"},
                 {"IR_GRADIENT_LIMIT", settings.gradient_limit && gradient != 0 ? "1" : "0"}};
     const float a = settings.accuracy, diagonal = run.scene.info.diagonal;
@@ -65,15 +71,20 @@ void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::s
                                std::uint32_t salt) {
     std::map<std::string, std::string> defines = grid.defines();
     defines.insert(defines_.begin(), defines_.end());
-    Kernel kernel = run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines);
-    kernel.arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters());
-    grid.bind(kernel)
-        .arg(parameters_)
-        .arg(first_record)
-        .arg(salt)
-        .arg(run_.edges_beyond_hemisphere())
-        .arg(run_.seed())
-        .run(count, run_.device.group_size());
+    const std::size_t batch = global_cells_ ? cells_.bytes() / cell_bytes_ : std::max<std::size_t>(count, 1);
+    for (std::size_t first = 0; first < count; first += batch) {
+        Kernel kernel = run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines);
+        kernel.arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters());
+        grid.bind(kernel)
+            .arg(parameters_)
+            .arg(cells_)
+            .arg(static_cast<std::uint32_t>(first))
+            .arg(first_record)
+            .arg(salt)
+            .arg(run_.edges_beyond_hemisphere())
+            .arg(run_.seed())
+            .run(std::min(batch, count - first), run_.device.group_size());
+    }
     run_.collect_rays();
 }
 

@@ -23,7 +23,9 @@ private:
     Run& run_;
     std::map<std::string, std::string> defines_;
     shared::RecordParameters parameters_{};
-    Buffer ring_weights_;
+    Buffer ring_weights_, cells_;
+    std::size_t cell_bytes_ = 0;  // of one hemisphere
+    bool global_cells_ = false;   // they do not fit into local memory
 };
 
 /// Slope of the neighbour clamp in units of the stored support; 0 = off.
