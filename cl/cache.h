@@ -71,32 +71,18 @@ IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k
 // the weights; if sum is null it may return as soon as the point is known to be covered.
 IR_FN float cache_gather(const Cache* c, real3 p, real3 n, bool only_coverage, real3* sum) {
     const CacheParameters q = c->parameters;
-    const uint x = octree_coordinate(p.x, q.origin_x, q.size);
-    const uint y = octree_coordinate(p.y, q.origin_y, q.size);
-    const uint z = octree_coordinate(p.z, q.origin_z, q.size);
     float weights = 0.0f;
-    uint node = 0u;
-    for (uint level = 0u;; ++level) {
-        uint link = c->nodes[IR_NODE_STRIDE * node + IR_NODE_HEAD];
-        while (link != 0u) {
-            const uint record = c->entries[2u * (link - 1u)];
-            link = c->entries[2u * (link - 1u) + 1u];
-            const RecordKey key = c->keys[record];
-            const float w = record_weight(&q, &key, p, n);
-            if (w > 0.0f) {
-                weights += w;
-                if (only_coverage) {
-                    if (weights > q.minimum_weight) return weights;
-                } else {
-                    *sum += record_irradiance(&c->values[record], &key, p, n) * w;
-                }
-            }
-        }
-        if (level >= IR_OCTREE_MAX_DEPTH) break;
-        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - level;
-        const uint child = ((x >> shift) & 1u) | (((y >> shift) & 1u) << 1) | (((z >> shift) & 1u) << 2);
-        node = c->nodes[IR_NODE_STRIDE * node + child];
-        if (node == 0u) break;
+    uint record;
+    OctreeWalk walk = octree_walk(c->nodes, &q, p);
+    while (octree_next(c->nodes, c->entries, &walk, &record)) {
+        const RecordKey key = c->keys[record];
+        const float w = record_weight(&q, &key, p, n);
+        if (!(w > 0.0f)) continue;
+        weights += w;
+        if (!only_coverage)
+            *sum += record_irradiance(&c->values[record], &key, p, n) * w;
+        else if (weights > q.minimum_weight)
+            return weights;
     }
     return weights;
 }

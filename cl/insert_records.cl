@@ -9,34 +9,21 @@
 // same way. `limit_old` false: shrinks the new record i (reads old ones only). True: shrinks the old ones, by an atomic
 // minimum (positive floats order like their bits).
 IR_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i, float slope, float least, bool limit_old) {
-    const CacheParameters q = c->parameters;
-    RecordKey own = keys[i];
+    const RecordKey own = keys[i];
     const real3 p = make_real3(own.px, own.py, own.pz), n = make_real3(own.nx, own.ny, own.nz);
-    const uint x = octree_coordinate(p.x, q.origin_x, q.size);
-    const uint y = octree_coordinate(p.y, q.origin_y, q.size);
-    const uint z = octree_coordinate(p.z, q.origin_z, q.size);
     float s1 = own.support1, s2 = own.support2;
-    uint node = 0u;
-    for (uint level = 0u;; ++level) {
-        uint link = c->nodes[IR_NODE_STRIDE * node + IR_NODE_HEAD];
-        while (link != 0u) {
-            const uint j = c->entries[2u * (link - 1u)];
-            link = c->entries[2u * (link - 1u) + 1u];
-            if (dot(n, make_real3(keys[j].nx, keys[j].ny, keys[j].nz)) < 0.9f) continue;
-            const float reach = slope * length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
-            if (limit_old) {
-                IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support1, IR_AS_UINT(own.support1 + reach));
-                IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support2, IR_AS_UINT(own.support2 + reach));
-            } else {
-                s1 = neighbour_clamped_radius(s1, keys[j].support1, reach);
-                s2 = neighbour_clamped_radius(s2, keys[j].support2, reach);
-            }
+    uint j;
+    OctreeWalk walk = octree_walk(c->nodes, &c->parameters, p);
+    while (octree_next(c->nodes, c->entries, &walk, &j)) {
+        if (dot(n, make_real3(keys[j].nx, keys[j].ny, keys[j].nz)) < 0.9f) continue;
+        const float reach = slope * length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
+        if (limit_old) {
+            IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support1, IR_AS_UINT(own.support1 + reach));
+            IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support2, IR_AS_UINT(own.support2 + reach));
+        } else {
+            s1 = neighbour_clamped_radius(s1, keys[j].support1, reach);
+            s2 = neighbour_clamped_radius(s2, keys[j].support2, reach);
         }
-        if (level >= IR_OCTREE_MAX_DEPTH) break;
-        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - level;
-        node = c->nodes[IR_NODE_STRIDE * node +
-                        (((x >> shift) & 1u) | (((y >> shift) & 1u) << 1) | (((z >> shift) & 1u) << 2))];
-        if (node == 0u) break;
     }
     if (!limit_old) {
         keys[i].support1 = max(s1, min(least, own.support1));

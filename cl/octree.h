@@ -33,6 +33,39 @@ IR_FN uint octree_level(float support, float size) {
     return level;
 }
 
+// A walk down the one path of nodes that hold p, over all records entered in them:
+//     OctreeWalk walk = octree_walk(cache, p);
+//     while (octree_next(nodes, entries, &walk, &record)) ...
+typedef struct OctreeWalk {
+    uint x, y, z;  // of p, at the deepest level
+    uint node, level, link;
+} OctreeWalk;
+
+IR_FN OctreeWalk octree_walk(IR_GLOBAL const uint* nodes, const CacheParameters* cache, real3 p) {
+    OctreeWalk walk;
+    walk.x = octree_coordinate(p.x, cache->origin_x, cache->size);
+    walk.y = octree_coordinate(p.y, cache->origin_y, cache->size);
+    walk.z = octree_coordinate(p.z, cache->origin_z, cache->size);
+    walk.node = walk.level = 0u;
+    walk.link = nodes[IR_NODE_HEAD];
+    return walk;
+}
+
+IR_FN bool octree_next(IR_GLOBAL const uint* nodes, IR_GLOBAL const uint* entries, OctreeWalk* walk, uint* record) {
+    while (walk->link == 0u) {
+        if (walk->level == IR_OCTREE_MAX_DEPTH) return false;
+        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - walk->level++;
+        const uint child =
+            ((walk->x >> shift) & 1u) | (((walk->y >> shift) & 1u) << 1) | (((walk->z >> shift) & 1u) << 2);
+        walk->node = nodes[IR_NODE_STRIDE * walk->node + child];
+        if (walk->node == 0u) return false;
+        walk->link = nodes[IR_NODE_STRIDE * walk->node + IR_NODE_HEAD];
+    }
+    *record = entries[2u * (walk->link - 1u)];
+    walk->link = entries[2u * (walk->link - 1u) + 1u];
+    return true;
+}
+
 #ifdef IR_OCTREE_INSERT  // ---------------------------------------------------------------- insertion (kernels only)
 typedef struct OctreeMemory {
     volatile IR_GLOBAL uint* nodes;

@@ -172,17 +172,41 @@ IR_INLINE_FN HemisphereSample load_cell(const IR_CELL_SPACE float* cells, uint c
     return sample;
 }
 
+// Radiance of a cell as gradients and Hessian take it: a cell far brighter than the mean would turn all of them towards
+// itself (theory 4.6). E keeps it whole.
+IR_FN real3 gradient_radiance(real3 radiance, float limit) {
+    const float y = luminance(radiance);
+    return y > limit ? radiance * (limit / y) : radiance;
+}
+
+// Mean luminance of a group's cells times `factor`; IR_INFINITY if factor is 0. Every work-item must call it.
+IR_INLINE_FN float brightness_limit(const IR_CELL_SPACE float* cells, uint item, float factor, IR_LOCAL float* sums) {
+    float sum = 0.0f;
+    for (uint cell = item; cell < IR_CELLS; cell += IR_GROUP)
+        sum += luminance(make_real3(cells[6 * IR_CELLS + cell], cells[7 * IR_CELLS + cell], cells[8 * IR_CELLS + cell]));
+    sums[item] = sum;
+    IR_BARRIER();
+    sum = 0.0f;
+    for (uint i = 0; i < IR_GROUP; ++i) sum += sums[i];
+    return factor > 0.0f ? factor * sum / (float)IR_CELLS : IR_INFINITY;
+}
+
 // Sums the cells of one work-item.
-IR_INLINE_FN HemisphereSums sum_cells(const IR_CELL_SPACE float* cells, uint first, RecordParameters parameters,
+IR_INLINE_FN HemisphereSums sum_cells(const IR_CELL_SPACE float* cells, uint first, float limit,
+                                      RecordParameters parameters,
                                       IR_GLOBAL const float* ring_weights) {
     HemisphereSums sums = hemisphere_sums_zero();
     for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
         const uint j = cell / IR_N, k = cell % IR_N;
-        const HemisphereSample own = load_cell(cells, cell);
-        cell_moments(&sums, k, IR_N, ring_weights[j], own, own.radiance, parameters.r_min, parameters.r_max, 0.17f);
+        HemisphereSample own = load_cell(cells, cell);
+        const real3 limited = gradient_radiance(own.radiance, limit);
+        cell_moments(&sums, k, IR_N, ring_weights[j], own, limited, parameters.r_min, parameters.r_max, 0.17f);
+        own.radiance = limited;
 #if IR_GRADIENT != 0 || IR_RADIUS == 2
-        const HemisphereSample ring = load_cell(cells, j > 0u ? cell - IR_N : cell);
-        const HemisphereSample azimuth = load_cell(cells, k > 0u ? cell - 1u : cell + IR_N - 1u);
+        HemisphereSample ring = load_cell(cells, j > 0u ? cell - IR_N : cell);
+        HemisphereSample azimuth = load_cell(cells, k > 0u ? cell - 1u : cell + IR_N - 1u);
+        ring.radiance = gradient_radiance(ring.radiance, limit);
+        azimuth.radiance = gradient_radiance(azimuth.radiance, limit);
 #endif
 #if IR_GRADIENT == 1
         cell_edges_ward(&sums, j, k, IR_M, IR_N, own, ring, azimuth, parameters.r_min, true);
@@ -207,6 +231,7 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
                                   RecordParameters parameters, IR_GLOBAL float* global_cells, uint first,
                                   uint first_record, uint salt, uint edges, uint seed) {
     IR_LOCAL_ARRAY(float, scratch, IR_SCRATCH);
+    IR_LOCAL_ARRAY(float, partial, IR_GROUP);
     const uint item = IR_LOCAL_ID;
     const uint record = first_record + first + IR_GROUP_ID;  // where the record is stored
     IR_SCENE_INIT(s);
@@ -222,7 +247,8 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
     if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);
     IR_CELL_BARRIER();
-    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, parameters, ring_weights);
+    const float limit = brightness_limit(IR_GROUP_CELLS, item, parameters.firefly, partial);
+    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, limit, parameters, ring_weights);
     IR_BARRIER();  // everyone has read the cells: their memory now holds the sums
     store_sums(scratch, item, &own);
     IR_BARRIER();

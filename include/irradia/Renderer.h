@@ -43,6 +43,8 @@ struct RenderSettings {
     bool in_front = true;                         ///< (1.10), theory 4.3
     DirectMis direct_mis = DirectMis::automatic;  ///< where direct light and a look-up meet; path always uses both
     bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
+    float firefly = 100;            ///< gradients take a direction as at most this many times the mean of its
+                                    ///< hemisphere (theory 4.6), E does not; 0 = as it is
     float overlap = 2.0f;           ///< supports reach this much farther than the spacing at which records are placed:
                                     ///< more records are averaged, at no more records
     bool grid = true;               ///< irradiance: hemisphere rays end in the irradiance grid (cl/irradiance_grid.h);

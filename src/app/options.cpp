@@ -243,6 +243,11 @@ void declare_rendering(CLI::App& app, Options& o) {
     cache.value("--grid-paths", s.grid_paths, "N", "Paths that fill the irradiance grid; its noise falls as 1/sqrt(N)")
         ->check(CLI::Range(1, 1 << 28))
         ->default_str(std::to_string(s.grid_paths));
+    cache
+        .value("--firefly", s.firefly, "X",
+               "Gradients take no direction as brighter than X times the mean of its hemisphere; 0: no limit")
+        ->check(number("of at least 0", [](double x) { return x >= 0; }))
+        ->default_str(text(s.firefly));
     cache.off("--no-share-lookups", s.share_lookups,
               "Look into the cache for every sample, not once for the samples of a pixel on one smooth patch");
 }

@@ -49,6 +49,7 @@ Json settings_json(const Options& o, int spp) {
             {"gradient_limit", s.gradient_limit},
             {"in_front", s.in_front},
             {"direct_mis", name_of(direct_mis_names(), s.direct_mis)},
+            {"firefly", plain(s.firefly)},
             {"grid", s.grid},
             {"grid_paths", s.grid_paths},
             {"share_lookups", s.share_lookups},

@@ -15,6 +15,8 @@ void check(const Scene& scene, const RenderSettings& s) {
     if (!(s.min_spacing > 0) || !(s.max_spacing >= s.min_spacing))
         fail("spacing " + std::to_string(s.min_spacing) + " to " + std::to_string(s.max_spacing) +
              " pixels: expected 0 < min <= max");
+    if (!(s.firefly >= 0))
+        fail("firefly limit " + std::to_string(s.firefly) + ": expected 0 (off) or a positive number");
     if (!(s.overlap >= 1)) fail("overlap " + std::to_string(s.overlap) + ": expected at least 1");
     if (s.spp < 0) fail("spp " + std::to_string(s.spp) + ": expected 0 (the scene's) or a positive number");
     for (const std::string& a : s.aovs)

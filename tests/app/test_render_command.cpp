@@ -51,6 +51,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--direct-mis",
                                                "--no-grid",
                                                "--grid-paths",
+                                               "--firefly",
                                                "--no-share-lookups",
                                                "--device",
                                                "--list-devices",

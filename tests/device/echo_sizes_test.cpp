@@ -94,6 +94,7 @@ const std::vector<Expected> kExpected = {
     SIZE(RecordParameters),
     OFFSET(RecordParameters, accuracy),
     OFFSET(RecordParameters, tau),
+    OFFSET(RecordParameters, firefly),
     SIZE(GridParameters),
     OFFSET(GridParameters, unit),
     OFFSET(GridParameters, slots),

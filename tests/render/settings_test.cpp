@@ -46,6 +46,7 @@ TEST(Switches, EveryCombinationAgreesWithPathTracing) {
             s.share_lookups = r != RadiusRule::harmonic;
             s.direct_mis = r == RadiusRule::minimum ? DirectMis::off : DirectMis::on;
             s.grid = r != RadiusRule::harmonic;
+            s.firefly = g == GradientRule::ward ? 20.0f : 0.0f;
             const RenderResult result = render(scene, device, s);
             const Metrics m = compare_images(layer_of(result.image, "indirect"), reference);
             const bool crude = g == GradientRule::none;

@@ -76,7 +76,8 @@ typedef struct RecordParameters {
     float diagonal;      // of the scene, world units
     float tau;           // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
     float overlap;       // supports are enlarged by this in the end: see RenderSettings::overlap
-    float pad0, pad1, pad2;
+    float firefly;       // gradients and Hessian take a cell as at most this many times the mean; 0 = as it is
+    float pad0, pad1;
 } RecordParameters;  // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
