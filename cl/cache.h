@@ -5,7 +5,7 @@
 #include "weight.h"
 
 #ifndef IR_WEIGHT
-#define IR_WEIGHT IR_WEIGHT_WARD
+#define IR_WEIGHT 0  // IR_WEIGHT_*, as a plain number
 #endif
 
 typedef struct Cache {
@@ -37,6 +37,8 @@ IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p,
     const float angle = normal_error(n, ni) * c->inverse_angle * c->stretch;
 #if IR_WEIGHT == 1  // Tabellion: support and angle are already in units of 1/kappa
     const float w = 1.0f - max(distance, angle);
+#elif IR_WEIGHT == 2
+    const float w = cubic_weight_normalised(distance + angle);
 #else
     const float w = ward_weight_normalised(distance + angle);
 #endif

@@ -15,6 +15,14 @@ IR_FN real ward_error(real3 p, real3 n, real3 pi, real3 ni, real radius) {
 // (1.8) times a, as a function of x = e/a: 1/x - 1, capped at ~100 where x < .01, 0 where x >= 1.
 IR_FN real ward_weight_normalised(real x) { return x < R(1.0) ? (R(1.0) - x) / max(x, R(0.01)) : R(0.0); }
 
+// The same support with a bell: (1 - x)²(1 + 2x). Under (1.8) the nearest record outweighs all others, so each shows as a
+// spot of its own noise; here several are averaged everywhere, and the sum has no kinks (theory 6: the shape of the weight
+// hardly matters to the interpolation itself).
+IR_FN real cubic_weight_normalised(real x) {
+    const real y = max(R(1.0) - x, R(0.0));
+    return y * y * (R(1.0) + R(2.0) * x);
+}
+
 IR_FN real ward_weight(real e, real a) { return ward_weight_normalised(e / a) / a; }
 
 // (1.11)-(1.13), clamped at 0 (1.9). kappa = 1/(2a) gives the distance the same support a R as (1.8).

@@ -19,7 +19,7 @@ enum class Method {
 };
 enum class GradientRule { none, ward, crease };        ///< theory 3.2, 3.3
 enum class RadiusRule { harmonic, minimum, hessian };  ///< (1.14), (1.15), theory 6
-enum class WeightRule { ward, tabellion };             ///< (1.8), (1.11)-(1.13)
+enum class WeightRule { ward, tabellion, cubic };      ///< (1.8), (1.11)-(1.13), a bell: IR_WEIGHT_* in this order
 enum class DirectMis {
     automatic,  ///< on, unless the scene's only light is one that can be sampled in solid angle
     on,         ///< direct light by light and BSDF samples, weighed against each other
@@ -37,7 +37,7 @@ struct RenderSettings {
     int max_depth = -1;  ///< path edges: 1 = emitters only, 2 = + direct light, ...; -1 = unlimited
     GradientRule gradients = GradientRule::crease;
     RadiusRule radius = RadiusRule::hessian;
-    WeightRule weight = WeightRule::ward;
+    WeightRule weight = WeightRule::cubic;
     bool neighbour_clamp = true;                  ///< theory 4.4
     bool gradient_limit = true;                   ///< R <= E / |grad_t E|, theory 4.4
     bool in_front = true;                         ///< (1.10), theory 4.3
@@ -45,7 +45,7 @@ struct RenderSettings {
     bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
     float firefly = 100;            ///< gradients take a direction as at most this many times the mean of its
                                     ///< hemisphere (theory 4.6), E does not; 0 = as it is
-    float overlap = 2.0f;           ///< supports reach this much farther than the spacing at which records are placed:
+    float overlap = 1.75f;          ///< supports reach this much farther than the spacing at which records are placed:
                                     ///< more records are averaged, at no more records
     bool grid = true;               ///< irradiance: hemisphere rays end in the irradiance grid (cl/irradiance_grid.h);
                                     ///< false: they go on as paths, unbiased and slower

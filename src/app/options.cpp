@@ -29,7 +29,8 @@ const Names<RadiusRule>& radius_names() {
     return names;
 }
 const Names<WeightRule>& weight_names() {
-    static const Names<WeightRule> names = {{WeightRule::ward, "ward"}, {WeightRule::tabellion, "tabellion"}};
+    static const Names<WeightRule> names = {
+        {WeightRule::ward, "ward"}, {WeightRule::tabellion, "tabellion"}, {WeightRule::cubic, "cubic"}};
     return names;
 }
 const Names<DirectMis>& direct_mis_names() {
@@ -228,7 +229,10 @@ void declare_rendering(CLI::App& app, Options& o) {
     cache.choice("--radius", s.radius, radius_names(),
                  "How far a record reaches: harmonic mean distance (1.14), least distance (1.15), or from the second "
                  "derivative of irradiance");
-    cache.choice("--weight", s.weight, weight_names(), "Weight of a record: Ward's (1.8) or Tabellion's (1.11)");
+    cache.choice(
+        "--weight", s.weight, weight_names(),
+        "Weight of a record over its distance: Ward's (1.8), Tabellion's (1.11), or a bell, which averages more "
+        "records and shows none as a spot");
     cache.off("--no-neighbour-clamp", s.neighbour_clamp,
               "Let a record reach further than its neighbours' radii and distances allow");
     cache.off("--no-gradient-limit", s.gradient_limit, "Let a record reach further than E / |gradient|");

@@ -142,7 +142,7 @@ Kernel& RecordCache::bind(Kernel& kernel, bool placement) const {
 }
 
 std::map<std::string, std::string> RecordCache::defines() const {
-    return {{"IR_WEIGHT", settings_.tabellion ? "1" : "0"}};
+    return {{"IR_WEIGHT", std::to_string(settings_.weight)}};
 }
 
 std::vector<shared::RecordKey> RecordCache::download_keys() const {

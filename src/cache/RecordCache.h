@@ -24,7 +24,7 @@ struct CacheSettings {
     float in_front_slope = 0.05f;           ///< theory 4.3; 0 = the test is off
     float placement_stretch = 1;            ///< see CacheParameters::stretch; for coverage tests
     float minimum_weight = 0;               ///< see CacheParameters::minimum_weight
-    bool tabellion = false;                 ///< weights (1.11)-(1.13) instead of (1.8)
+    std::uint32_t weight = IR_WEIGHT_WARD;  ///< IR_WEIGHT_*
     float clamp_slope = 1;                  ///< neighbour clamp; 0 = off
     float min_spacing = 1.5f;               ///< footprints: neighbour clamping does not shrink a record below this
 };

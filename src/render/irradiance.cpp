@@ -34,7 +34,7 @@ CacheSettings cache_settings(const Run& run) {
     c.inverse_angle =
         (s.weight == WeightRule::tabellion ? 1.0f / (2.0f * s.accuracy * 0.123257f) : 1.0f / s.accuracy) / s.overlap;
     c.in_front_slope = s.in_front ? 0.05f : 0.0f;
-    c.tabellion = s.weight == WeightRule::tabellion;
+    c.weight = static_cast<std::uint32_t>(s.weight);
     c.clamp_slope = neighbour_clamp_slope(s);
     c.min_spacing = s.min_spacing * s.overlap;
     c.placement_stretch = s.overlap;

@@ -26,6 +26,18 @@ TEST(Weight, EqualsPrintedFormAwayFromZero) {  // (1.8): 1/e - 1/a
     EXPECT_EQ(ward_weight(1e30, .2), 0);
 }
 
+// The cubic with value 1 and slope 0 at the record, value 0 and slope 0 at the rim (Hermite's first basis function).
+TEST(Weight, CubicIsABell) {
+    EXPECT_EQ(cubic_weight_normalised(0), 1);
+    EXPECT_EQ(cubic_weight_normalised(1), 0);
+    EXPECT_EQ(cubic_weight_normalised(1e30), 0);
+    EXPECT_NEAR(cubic_weight_normalised(.5), .5, 1e-15);
+    for (double x = 0; x <= 1; x += .01) {
+        EXPECT_NEAR(cubic_weight_normalised(x), 1 - 3 * x * x + 2 * x * x * x, 1e-14);
+        EXPECT_NEAR(cubic_weight_normalised(x) + cubic_weight_normalised(1 - x), 1, 1e-14);
+    }
+}
+
 TEST(Weight, EllipseWithEqualAxesIsACircle) {
     const real3 dp{.03, -.02, .01};
     EXPECT_NEAR(elliptic_error(dp, make_real3(0, 1, 0), .5, .5), length(dp) / .5, 1e-15);

@@ -39,7 +39,9 @@ TEST(Switches, EveryCombinationAgreesWithPathTracing) {
             s.aovs = {"indirect"};
             s.gradients = g;
             s.radius = r;
-            s.weight = r == RadiusRule::minimum ? WeightRule::tabellion : WeightRule::ward;
+            s.weight = r == RadiusRule::minimum    ? WeightRule::tabellion
+                       : r == RadiusRule::harmonic ? WeightRule::ward
+                                                   : WeightRule::cubic;
             s.neighbour_clamp = g != GradientRule::none;
             s.gradient_limit = g != GradientRule::ward;
             s.in_front = g != GradientRule::crease;

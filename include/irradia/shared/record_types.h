@@ -55,6 +55,7 @@ typedef struct OctreeState {
 // Everything a look-up needs to know besides the arrays; by value into kernels.
 #define IR_WEIGHT_WARD 0u       // (1.8) in its safe form, theory 4.1
 #define IR_WEIGHT_TABELLION 1u  // (1.11)-(1.13), theory 4.2
+#define IR_WEIGHT_CUBIC 2u      // a bell over the support of (1.8)
 typedef struct CacheParameters {
     float origin_x, origin_y, origin_z;  // lower corner of the octree's root cube
     float size;                          // edge of the root cube, world units
