@@ -7,10 +7,18 @@
 #include "sampling.h"
 
 // arctan by the polynomial of flux.h: relative error 1.6e-8 (built-in arctangents take 43 ns on a CPU device).
-IR_FN real arctangent(real t) {
+IR_FN real arctangent_polynomial(real t) {
     if (fabs(t) <= R(1.0)) return t * arctangent_ratio(t * t);
     const real i = R(1.0) / t;
     return (t > R(0.0) ? R(0.5) * IR_PI : R(-0.5) * IR_PI) - i * arctangent_ratio(i * i);
+}
+
+IR_FN real arctangent(real t) {
+#if defined(__OPENCL_VERSION__) || defined(__CUDACC__)
+    return arctangent_polynomial(t);
+#else
+    return atan2(t, 1.0);
+#endif
 }
 
 // sin and cos of an angle in [0, 2 pi].
@@ -73,23 +81,31 @@ IR_FN real3 sample_spherical_rectangle(const SphericalRectangle* q, real u, real
     return q->x * x + q->y * y + q->z * q->z0;
 }
 
-// ---- triangles: Arvo, "Stratified sampling of spherical triangles" (SIGGRAPH 1995) -----------------------------------
+// ---- triangles: Peters, "BRDF importance sampling for polygonal lights" (SIGGRAPH 2021) ------------------------------
+// Arvo's map (1995) from other terms: no angle of a corner is needed, which loses all its digits near the light's plane.
 
 typedef struct SphericalTriangle {
     real3 a, b, c;     // unit directions to the vertices
+    real volume;       // |a . (b x c)|
+    real sum, one_ab;  // (a + b) . c, 1 + a . b: tan(half the solid angle) = volume / (sum + one_ab)
     real solid_angle;  // sr
 } SphericalTriangle;
 
 IR_FN SphericalTriangle spherical_triangle(real3 p, real3 v0, real3 e1, real3 e2) {
     SphericalTriangle t;
-    t.a = normalize(v0 - p);
-    t.b = normalize(v0 + e1 - p);
-    t.c = normalize(v0 + e2 - p);
-    // Van Oosterom and Strackee 1983, with the edges' differences: exact for small triangles too.
-    const real volume = fabs(dot(t.a, cross(t.b - t.a, t.c - t.a)));
-    const real below = R(1.0) + dot(t.a, t.b) + dot(t.b, t.c) + dot(t.c, t.a);
-    t.solid_angle = below > volume ? R(2.0) * arctangent(volume / below)
-                                   : IR_PI - R(2.0) * arctangent(below / max(volume, R(1e-30)));
+    const real3 da = v0 - p, db = da + e1, dc = da + e2;
+    const real ra = rsqrt(dot(da, da)), rb = rsqrt(dot(db, db)), rc = rsqrt(dot(dc, dc));
+    t.a = da * ra;
+    t.b = db * rb;
+    t.c = dc * rc;
+    // Van Oosterom and Strackee 1983; the volume from the edges: exact for small triangles and next to the plane.
+    t.volume = fabs(dot(t.a, cross(e1 * rb, e2 * rc)));
+    const real3 ab = t.a + t.b;  // keeps its digits where a and b are almost opposite: next to the edge
+    t.sum = dot(ab, t.c);
+    t.one_ab = R(0.5) * dot(ab, ab);
+    const real below = t.sum + t.one_ab;
+    t.solid_angle = below > t.volume ? R(2.0) * arctangent(t.volume / below)
+                                     : IR_PI - R(2.0) * arctangent(below / max(t.volume, R(1e-30)));
     return t;
 }
 
@@ -101,20 +117,12 @@ IR_FN real3 unit_across(real3 v, real3 n) {
 
 // Unit direction for u, v in [0,1). Needs solid_angle > 0.
 IR_FN real3 sample_spherical_triangle(const SphericalTriangle* t, real u, real v) {
-    const real3 ab = unit_across(t->b, t->a), ac = unit_across(t->c, t->a);
-    const real cos_alpha = clamp(dot(ab, ac), R(-1.0), R(1.0));
-    const real sin_alpha = length(cross(ab, ac));
-    real s, c;
-    sincos_angle(u * t->solid_angle, &s, &c);
-    const real sin_phi = c * sin_alpha - s * cos_alpha;  // of alpha minus the part of the area taken: Arvo's -s
-    const real cos_phi = -(c * cos_alpha + s * sin_alpha);
-    const real k1 = cos_phi + cos_alpha, k2 = sin_phi - sin_alpha * dot(t->a, t->b);
-    const real below = (k2 * sin_phi + k1 * cos_phi) * sin_alpha;
-    const real cos_b =
-        fabs(below) > R(1e-30)
-            ? clamp((k2 + (k2 * cos_phi - k1 * sin_phi) * cos_alpha) / below, R(-1.0), R(1.0))
-            : R(1.0);
-    const real3 c1 = t->a * cos_b + ac * sqrt(max(R(1.0) - cos_b * cos_b, R(0.0)));
+    real sine, cosine;
+    sincos_angle(R(0.5) * u * t->solid_angle, &sine, &cosine);
+    // c1 on the side ac, so that a, b, c1 subtend u times the solid angle: a mirrored in the direction half way to it
+    const real3 half_way = t->a * (t->volume * cosine - t->sum * sine) + t->c * (t->one_ab * sine);
+    const real3 c1 =
+        half_way * (R(2.0) * dot(t->a, half_way) / max(dot(half_way, half_way), R(1e-30))) - t->a;
     const real height = v * (R(1.0) - dot(c1, t->b));  // 1 - cos of the angle from b
     return t->b * (R(1.0) - height) + unit_across(c1, t->b) * sqrt(max(height * (R(2.0) - height), R(0.0)));
 }
