@@ -6,6 +6,7 @@
 #include "probe.h"
 #include "radius.h"
 #include "reproject.h"
+#include "solid_angle.h"
 #include "weight.h"
 
 #define IR_FORMULA(name, inputs, outputs)                                              \
@@ -136,6 +137,20 @@ IR_FORMULA(formula_probe, 9, 1) {
     Moments m = moments_zero();
     for (uint i = 1; i < 9; ++i) m = moments_add(m, in[i]);
     out[0] = squared_error_estimate(in[0], m);
+}
+
+// p, corner, e1, e2, u, v -> solid angle, offset to the sample
+IR_FORMULA(formula_rectangle, 14, 4) {
+    const SphericalRectangle q = spherical_rectangle(read3(in), read3(in + 3), read3(in + 6), read3(in + 9));
+    out[0] = q.solid_angle;
+    write3(out + 1, sample_spherical_rectangle(&q, in[12], in[13]));
+}
+
+// p, vertex, e1, e2, u, v -> solid angle, direction of the sample
+IR_FORMULA(formula_triangle, 14, 4) {
+    const SphericalTriangle t = spherical_triangle(read3(in), read3(in + 3), read3(in + 6), read3(in + 9));
+    out[0] = t.solid_angle;
+    write3(out + 1, sample_spherical_triangle(&t, in[12], in[13]));
 }
 
 // ---- a whole hemisphere --------------------------------------------------------------------------------------------

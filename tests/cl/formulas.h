@@ -17,6 +17,7 @@ namespace irradia::host {
 #include "cl/probe.h"
 #include "cl/radius.h"
 #include "cl/reproject.h"
+#include "cl/solid_angle.h"
 #include "cl/weight.h"
 }  // namespace irradia::host
 #undef R  // a name of template parameters elsewhere

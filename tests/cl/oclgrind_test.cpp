@@ -26,10 +26,11 @@ const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "s
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kTraversal{"test_closest", "test_occluded", "test_tile", "test_tile_occluded"};
-const Names kFormulas{"formula_angle",  "formula_crease",  "formula_edge_flux", "formula_ellipse",
-                      "formula_frame",  "formula_ggx",     "formula_harmonics", "formula_hemisphere",
-                      "formula_limits", "formula_probe",   "formula_reproject", "formula_ring",
-                      "formula_shapes", "formula_stratum", "formula_weight"};
+const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "formula_ellipse",
+                      "formula_frame",  "formula_ggx",    "formula_harmonics", "formula_hemisphere",
+                      "formula_limits", "formula_probe",  "formula_rectangle", "formula_reproject",
+                      "formula_ring",   "formula_shapes", "formula_stratum",   "formula_triangle",
+                      "formula_weight"};
 const Names kCache{"insert_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
 
@@ -230,7 +231,7 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
           {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
            "DeviceHemisphere.FewStrata:DeviceWeight.MatchesVectors:DeviceInFront.MatchesVectors:DeviceRadius.*:"
-           "DeviceHarmonics.*:DeviceGgx.*:DeviceReproject.*:DeviceProbe.*"},
+           "DeviceHarmonics.*:DeviceGgx.*:DeviceReproject.*:DeviceProbe.*:DeviceSolidAngles.ClosedForms"},
           kFormulas);
 }
 
