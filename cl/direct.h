@@ -46,7 +46,7 @@ IR_FN void direct_tile(const SceneData* s, const Surface* surfaces, uint count, 
         dx[used] = l.direction.x;
         dy[used] = l.direction.y;
         dz[used] = l.direction.z;
-        t_max[used] = shadow_distance(&l);
+        t_max[used] = shadow_distance(&f, &l);
         lane[used++] = i;
     }
     rays->shadow += used;

@@ -10,6 +10,7 @@ typedef struct LightSample {
     float distance;   // to the light; IR_INFINITY for lights at infinity
     real3 radiance;   // arriving radiance divided by the density: W·m⁻²·sr⁻¹ / sr⁻¹
     float density;    // sr⁻¹; 0 for delta lights (which no BSDF sample can hit)
+    float cosine;     // between the direction and the light's surface normal there; 1 where there is none
     bool valid;
 } LightSample;
 
@@ -69,12 +70,14 @@ IR_FN bool sample_near_light(const Light* l, real3 p, float u, float v, LightSam
         const real3 to_light = sample_spherical_rectangle(&q, u, v);
         sample->distance = length(to_light);
         sample->direction = to_light * (1.0f / sample->distance);
+        sample->cosine = -q.z0 / sample->distance;
     } else {
         const SphericalTriangle t = spherical_triangle(p, v0, e1, e2);
         angle = t.solid_angle;
         if (!(angle >= IR_LEAST_SOLID_ANGLE)) return false;
         sample->direction = sample_spherical_triangle(&t, u, v);
-        sample->distance = dot(v0 - p, n) / min(dot(sample->direction, n), -1e-7f);
+        sample->cosine = max(-dot(sample->direction, n), 1e-7f);
+        sample->distance = dot(p - v0, n) / sample->cosine;
     }
     sample->density = l->probability / angle;
     sample->radiance = make_real3(l->r, l->g, l->b) * (angle / l->probability);
@@ -87,6 +90,7 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
     LightSample sample;
     sample.valid = false;
     sample.density = 0.0f;
+    sample.cosine = 1.0f;
     sample.distance = IR_INFINITY;
     sample.radiance = make_real3(0.0f, 0.0f, 0.0f);
     sample.direction = n;
@@ -138,7 +142,9 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
             sample.direction = to_world(frame, make_real3(sine * cp, sine * sp, cosine));
             const float b = dot(to_centre, sample.direction);
             // distance to the near side: q = (square - r²) / (b + sqrt(b² - square + r²)), without cancellation
-            sample.distance = (square - radius2) / (b + sqrt(max(b * b - square + radius2, 0.0f)));
+            const float root = sqrt(max(b * b - square + radius2, 0.0f));
+            sample.distance = (square - radius2) / (b + root);
+            sample.cosine = root / light.radius;
             sample.density = light.probability / (2.0f * IR_PI * height);
             sample.radiance = power * (1.0f / sample.density);
             sample.valid = true;
@@ -173,6 +179,7 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
     const float cosine = -dot(normal, w);
     sample.direction = w;
     sample.distance = distance;
+    sample.cosine = cosine;
     if (cosine > 0.0f && square > 0.0f) {
         sample.density = light.probability * square / (cosine * light.area);
         sample.radiance = power * (1.0f / sample.density);

@@ -43,8 +43,11 @@ IR_FN real3 light_sample_radiance(const Surface* f, const LightSample* l, const 
     return l->radiance * (mis && l->density > 0.0f ? bsdf * l->density / (l->density + bsdf) : bsdf);
 }
 
-// Shadow rays end a little before the light.
-IR_FN float shadow_distance(const LightSample* l) { return l->distance * (1.0f - 1e-4f); }
+// Where shadow rays from `f` end: a little before the light. They start (leave_surface) nearer to it than the surface,
+// and have to end as far before it, across its surface, for rounding not to let the light shade itself.
+IR_FN float shadow_distance(const Surface* f, const LightSample* l) {
+    return max(l->distance * (1.0f - 1e-4f) - 2.0f * f->error / max(l->cosine, 1e-7f), 0.0f);
+}
 
 // Next-event estimation at `f` by random numbers u0, u1.
 IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
@@ -52,7 +55,7 @@ IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1,
     const real3 radiance = light_sample_radiance(f, &l, mis);
     if (is_zero(radiance)) return radiance;
     ++rays->shadow;
-    const bool occluded = trace_occluded(s, leave_surface(f, l.direction), l.direction, 0.0f, shadow_distance(&l));
+    const bool occluded = trace_occluded(s, leave_surface(f, l.direction), l.direction, 0.0f, shadow_distance(f, &l));
     return occluded ? make_real3(0.0f, 0.0f, 0.0f) : radiance;
 }
 
