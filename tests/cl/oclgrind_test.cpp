@@ -33,6 +33,8 @@ const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "
                       "formula_weight"};
 const Names kCache{"insert_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
+const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
+                  "merge_grid_level",  "count_grid_answers", "grid_means"};
 
 /// The first and last line of function `name` of the device code `file`.
 std::pair<int, int> lines_of(const std::string& file, const std::string& name) {
@@ -227,6 +229,9 @@ TEST_F(Oclgrind, Path) {
 TEST_F(Oclgrind, Traversal) { check(TEST_TRAVERSAL, {"--gtest_filter=*Inside*:*IntervalIsOpen*"}, kTraversal); }
 TEST_F(Oclgrind, Cache) { check(TEST_CACHE, {"--gtest_filter=*HoldsIdenticalRecords"}, kCache); }
 TEST_F(Oclgrind, EchoSizes) { check(DEVICE_TEST, {"--gtest_filter=EchoSizes.*"}, kEchoSizes); }
+TEST_F(Oclgrind, Grid) {
+    check(DEVICE_FORMULAS_TEST, {"--gtest_filter=DeviceGrid.AnEmptyTable*:DeviceGrid.ExtremeDeposits"}, kGrid);
+}
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
           {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
@@ -240,7 +245,7 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
     for (const Names& names :
-         {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes})
+         {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes, kGrid})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {
