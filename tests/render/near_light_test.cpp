@@ -23,6 +23,8 @@ struct NearLight {
     double fov;                              // degrees
     real3 on_receiver, normal;               // the receiver's plane
     std::vector<std::vector<real3>> lights;  // the light's faces, counter-clockwise seen from where they shine
+    real3 centre{};                          // or a sphere, all of it over the receiver
+    double radius = 0;
 };
 
 std::string text(double x) {
@@ -146,7 +148,12 @@ Exact exact_at(const Scene& scene, const NearLight& c, double x, double y, bool 
         e += polygon_irradiance(clip_to_horizon(face, p, c.normal), p, c.normal).value;
         largest = std::max(largest, girard(face, p));
     }
-    const double most = largest * static_cast<double>(c.lights.size());
+    if (c.radius > 0) {  // pi cos r^2/d^2, and the solid angle of its cone
+        const double d = length(c.centre - p), sine2 = c.radius * c.radius / (d * d);
+        e = kPi * sine2 * dot(c.centre - p, c.normal) / d;
+        largest = 2 * kPi * (1 - std::sqrt(1 - sine2));
+    }
+    const double most = largest * static_cast<double>(std::max<std::size_t>(c.lights.size(), 1));
     return {e / kPi, (e * std::max(most - e, 0.0) + (mis ? e * e / 2 : 0)) / (kPi * kPi)};
 }
 
@@ -233,6 +240,22 @@ TEST(NearLight, CubeOverAFloor) {
     for (const double gap : {0.01, 1e-3}) {
         check(cube_over_floor(gap, false));
         check(cube_over_floor(gap, true));
+    }
+}
+
+TEST(NearLight, SphereOverAFloor) {
+    for (const double gap : {0.1, 0.01, 1e-3}) {
+        const std::string y = text(0.3 + gap);
+        check({"sphere, " + text(gap) + " over a floor",
+               kFloor + R"(<shape type="sphere"><point name="center" x="0" y=")" + y +
+                   R"(" z="0"/><float name="radius" value="0.3"/>)" + kBlackLight + "</shape>",
+               looks_down(0.01, 0.01, gap / 2),
+               90,
+               {0, 0, 0},
+               {0, 1, 0},
+               {},
+               {0, 0.3 + gap, 0},
+               0.3});
     }
 }
 
