@@ -80,6 +80,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(RecordParameters, accuracy);
     sizes[n++] = IR_OFFSET(RecordParameters, tau);
     sizes[n++] = IR_OFFSET(RecordParameters, firefly);
+    sizes[n++] = IR_OFFSET(RecordParameters, reach);
     sizes[n++] = (uint)sizeof(GridParameters);
     sizes[n++] = IR_OFFSET(GridParameters, unit);
     sizes[n++] = IR_OFFSET(GridParameters, slots);

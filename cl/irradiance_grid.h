@@ -12,6 +12,7 @@
 #include "irradia/shared/grid_types.h"
 #include "portable.h"
 #include "random.h"
+#include "sampling.h"
 
 #define IR_GRID_PROBES 64u  // slots looked at before the table counts as full
 

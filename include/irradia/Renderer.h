@@ -41,6 +41,8 @@ struct RenderSettings {
     bool neighbour_clamp = true;                  ///< theory 4.4
     bool gradient_limit = true;                   ///< R <= E / |grad_t E|, theory 4.4
     bool in_front = true;                         ///< (1.10), theory 4.3
+    bool reach_limit = true;                      ///< no record reaches past the nearest surface that it sees: no
+                                                  ///< leaks through thin walls, more records in corners
     DirectMis direct_mis = DirectMis::automatic;  ///< where direct light and a look-up meet; path always uses both
     bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
     float firefly = 100;            ///< gradients take a direction as at most this many times the mean of its

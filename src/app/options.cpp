@@ -236,6 +236,8 @@ void declare_rendering(CLI::App& app, Options& o) {
     cache.off("--no-neighbour-clamp", s.neighbour_clamp,
               "Let a record reach further than its neighbours' radii and distances allow");
     cache.off("--no-gradient-limit", s.gradient_limit, "Let a record reach further than E / |gradient|");
+    cache.off("--no-reach-limit", s.reach_limit,
+              "Let a record reach past the nearest surface that it sees: fewer records, and leaks through thin walls");
     cache.off("--no-in-front", s.in_front, "Use records that lie in front of the point (1.10)");
     cache.choice(
         "--direct-mis", s.direct_mis, direct_mis_names(),

@@ -48,6 +48,7 @@ Json settings_json(const Options& o, int spp) {
             {"neighbour_clamp", s.neighbour_clamp},
             {"gradient_limit", s.gradient_limit},
             {"in_front", s.in_front},
+            {"reach_limit", s.reach_limit},
             {"direct_mis", name_of(direct_mis_names(), s.direct_mis)},
             {"firefly", plain(s.firefly)},
             {"grid", s.grid},

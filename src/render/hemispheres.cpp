@@ -60,6 +60,7 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
     parameters_.r_max = 10.0f * diagonal;
     parameters_.overlap = settings.overlap;
     parameters_.firefly = settings.firefly;
+    parameters_.reach = settings.reach_limit ? 1.0f : 0.0f;
     parameters_.diagonal = diagonal;
     std::vector<float> weights;
     for (std::uint32_t j = 0; j < m; ++j)

@@ -48,6 +48,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--no-neighbour-clamp",
                                                "--no-gradient-limit",
                                                "--no-in-front",
+                                               "--no-reach-limit",
                                                "--direct-mis",
                                                "--no-grid",
                                                "--grid-paths",

@@ -95,6 +95,7 @@ const std::vector<Expected> kExpected = {
     OFFSET(RecordParameters, accuracy),
     OFFSET(RecordParameters, tau),
     OFFSET(RecordParameters, firefly),
+    OFFSET(RecordParameters, reach),
     SIZE(GridParameters),
     OFFSET(GridParameters, unit),
     OFFSET(GridParameters, slots),

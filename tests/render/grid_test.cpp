@@ -164,7 +164,7 @@ TEST(Grid, CornellBoxIsNoWorseThanWithoutIt) {
 // ---- thin walls ----------------------------------------------------------------------------------------------------
 
 // Two rooms of 1x1x1 side by side, open to the camera, one lit twenty times as brightly; between them a wall.
-Scene rooms(double thickness) {
+Scene rooms(double thickness, int pixels = 24) {
     const auto rectangle = [](const std::string& transform, const std::string& rest) {
         return R"(<shape type="rectangle"><transform name="to_world">)" + transform + "</transform>" + rest +
                "</shape>";
@@ -184,7 +184,8 @@ Scene rooms(double thickness) {
                              R"(" y="0.5" z="0.5"/><translate y="0.5"/></transform><ref id="white"/></shape>)";
     return load_text(R"(<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="51"/>
         <transform name="to_world"><lookat origin="0, 0.5, 2.6" target="0, 0.5, 0" up="0, 1, 0"/></transform>
-        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/>
+        <film type="hdrfilm"><integer name="width" value=")" +
+                     std::to_string(pixels) + R"("/><integer name="height" value=")" + std::to_string(pixels) + R"("/>
         <rfilter type="box"/></film></sensor>
         <bsdf type="twosided" id="white"><bsdf type="diffuse"><rgb name="reflectance" value="0.6"/></bsdf></bsdf>)" +
                      wall(R"(<scale x="1" y="0.5"/><rotate x="1" angle="-90"/>)") +
@@ -227,6 +228,34 @@ TEST(Grid, LeaksNoMoreThanACellThroughThinWalls) {
         EXPECT_LE(b.mean, a.mean * (thickness == 0 ? 1.025 : 1.0) + 5 * noise) << "wall of " << thickness;
         EXPECT_GE(b.mean, a.mean - 5 * noise) << "wall of " << thickness;
     }
+}
+
+// Records see the wall beside them and reach no farther (RenderSettings::reach_limit), but for the least spacing, which
+// here is 2.6 of the dark room's 32 columns. So by default settings the dark room is too bright by those (measured: 16
+// % of its mean; without the limit 56 %, from records all over the other room), and with a small least spacing it is
+// right (measured: +2 %, of which the grid's cells may be 1 % by the test above and the noise of four seeds another).
+TEST(Reach, KeepsRoomsApart) {
+    const Scene scene = rooms(0.02, 64);
+    Device device({});
+    RenderSettings p = with_grid(false);
+    p.method = Method::path;
+    p.spp = 1024;
+    const double truth = dark_room(indirect_of(render(scene, device, p).image));
+    const auto too_bright = [&](bool limit, float min_spacing) {
+        std::vector<double> found;
+        for (unsigned seed = 0; seed < 4; ++seed) {
+            RenderSettings s = with_grid(true);
+            s.reach_limit = limit;
+            s.min_spacing = min_spacing;
+            s.seed = seed;
+            found.push_back(dark_room(indirect_of(render(scene, device, s).image)));
+        }
+        return estimate(found).mean / truth - 1;
+    };
+    const double by_default = too_bright(true, RenderSettings().min_spacing);
+    EXPECT_LT(by_default, 0.4 * too_bright(false, RenderSettings().min_spacing));
+    EXPECT_LT(by_default, 0.2);
+    EXPECT_NEAR(too_bright(true, 0.25f), 0, 0.04);
 }
 
 // ---- determinism, and where it is off ------------------------------------------------------------------------------

@@ -45,6 +45,7 @@ TEST(Switches, EveryCombinationAgreesWithPathTracing) {
             s.neighbour_clamp = g != GradientRule::none;
             s.gradient_limit = g != GradientRule::ward;
             s.in_front = g != GradientRule::crease;
+            s.reach_limit = r == RadiusRule::hessian;
             s.share_lookups = r != RadiusRule::harmonic;
             s.direct_mis = r == RadiusRule::minimum ? DirectMis::off : DirectMis::on;
             s.grid = r != RadiusRule::harmonic;

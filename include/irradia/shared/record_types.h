@@ -78,7 +78,8 @@ typedef struct RecordParameters {
     float tau;           // Hessian rule: allowed relative error integrated over the support, in pixels (theory 6)
     float overlap;       // supports are enlarged by this in the end: see RenderSettings::overlap
     float firefly;       // gradients and Hessian take a cell as at most this many times the mean; 0 = as it is
-    float pad0, pad1;
+    float reach;         // support is at most this many times the distance of the nearest surface seen; 0 = off
+    float pad0;
 } RecordParameters;  // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
