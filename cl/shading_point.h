@@ -13,10 +13,14 @@ IR_FN float pixel_footprint(const IR_GLOBAL SceneInfo* info, real3 direction, fl
 
 IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float t,
                                       uint pixel) {
+    // A point in the crease of two surfaces may by rounding lie behind the other one, and half of its hemisphere outside of
+    // the scene. The viewing ray came through free space: a step back along it, in the surface, is on the right side.
+    const real3 along = direction - f->ng * dot(direction, f->ng);
+    const real3 p = f->p - along * (8.0f * f->error);
     ShadingPoint q;
-    q.px = f->p.x;
-    q.py = f->p.y;
-    q.pz = f->p.z;
+    q.px = p.x;
+    q.py = p.y;
+    q.pz = p.z;
     q.state = IR_POINT_MISS;
     q.nx = f->ns.x;
     q.ny = f->ns.y;
