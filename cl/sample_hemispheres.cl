@@ -116,7 +116,7 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR
                               IR_CELL_SPACE float* cells, RayCount* rays) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const real3 g = make_real3(q->gx, q->gy, q->gz);
-    const real3 p = make_real3(q->px, q->py, q->pz);
+    const real3 p = make_real3(q->px + q->step_x, q->py + q->step_y, q->pz + q->step_z);
     const real3 origin = p + g * q->offset;
     const uint count = min((uint)IR_TILE, (uint)IR_CELLS - tile * IR_TILE);
     float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];

@@ -13,14 +13,10 @@ IR_FN float pixel_footprint(const IR_GLOBAL SceneInfo* info, real3 direction, fl
 
 IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float t,
                                       uint pixel) {
-    // A point in the crease of two surfaces may by rounding lie behind the other one, and half of its hemisphere outside of
-    // the scene. The viewing ray came through free space: a step back along it, in the surface, is on the right side.
-    const real3 along = direction - f->ng * dot(direction, f->ng);
-    const real3 p = f->p - along * (8.0f * f->error);
     ShadingPoint q;
-    q.px = p.x;
-    q.py = p.y;
-    q.pz = p.z;
+    q.px = f->p.x;
+    q.py = f->p.y;
+    q.pz = f->p.z;
     q.state = IR_POINT_MISS;
     q.nx = f->ns.x;
     q.ny = f->ns.y;
@@ -31,7 +27,12 @@ IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Sur
     q.gz = f->ng.z;
     q.offset = f->error;
     q.pixel = pixel;
-    q.pad0 = q.pad1 = q.pad2 = 0u;
+    // A point in the crease of two surfaces may by rounding lie behind the other one, and half of its hemisphere outside of
+    // the scene. The viewing ray came through free space: a step back along it, in the surface, is on the right side.
+    const real3 step = (f->ng * dot(direction, f->ng) - direction) * (8.0f * f->error);
+    q.step_x = step.x;
+    q.step_y = step.y;
+    q.step_z = step.z;
     return q;
 }
 #endif

@@ -9,9 +9,13 @@
 // missing. The host owns the stack, the octree's memory and the schedule; everything else happens in kernels.
 #include <algorithm>
 #include <numeric>
+#include <set>
+#include <string>
+#include <tuple>
 #include <unordered_set>
 
 #include "cache/RecordCache.h"
+#include "irradia/Error.h"
 #include "render/hemispheres.h"
 #include "render/iteration_order.h"
 #include "render/methods.h"
@@ -169,16 +173,22 @@ private:
     void shade() {
         std::vector<std::uint32_t> pixels(film_.pixels());
         std::iota(pixels.begin(), pixels.end(), 0u);
+        std::set<std::tuple<std::uint32_t, float, float, float>> made;
         for (std::uint32_t round = 1; !pixels.empty(); ++round) {
             const Missed missed = shade_pixels(pixels);
             RecordStack stack;
             std::unordered_set<std::uint64_t> tiles;
             for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {
                 film_.clear(missed.pixels[i]);
+                const shared::ShadingPoint& q = missed.points[i];
                 const std::uint32_t x = missed.pixels[i] % run_.scene.info.width,
                                     y = missed.pixels[i] / run_.scene.info.width;
-                if (tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second)
-                    stack.indices.push_back(i);
+                if (!tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second) continue;
+                stack.indices.push_back(i);
+                if (!made.insert({q.pixel, q.px, q.py, q.pz}).second)
+                    throw Error(
+                        "pixel " + std::to_string(x) + ", " + std::to_string(y) +
+                        ": the record made there does not cover it (an error in the program: please report it)");
             }
             if (!missed.points.empty()) {
                 make_records(run_.device.upload(missed.points), stack, round);

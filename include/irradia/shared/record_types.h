@@ -12,15 +12,15 @@ using uint = std::uint32_t;
 #define IR_POINT_NONE 0u  // nothing to do: covered, or no surface there
 #define IR_POINT_MISS 1u  // a diffuse surface point without enough records
 typedef struct ShadingPoint {
-    float px, py, pz;  // position on the surface
-    uint state;        // IR_POINT_*
-    float nx, ny, nz;  // unit shading normal on the side that is seen
-    float footprint;   // edge of a pixel projected onto the surface there, world units
-    float gx, gy, gz;  // unit geometric normal on the same side
-    float offset;      // distance by which ray origins are moved off the surface along g
-    uint pixel;        // y * width + x
-    uint pad0, pad1, pad2;
-} ShadingPoint;  // 64 bytes
+    float px, py, pz;              // position on the surface
+    uint state;                    // IR_POINT_*
+    float nx, ny, nz;              // unit shading normal on the side that is seen
+    float footprint;               // edge of a pixel projected onto the surface there, world units
+    float gx, gy, gz;              // unit geometric normal on the same side
+    float offset;                  // distance by which ray origins are moved off the surface along g
+    uint pixel;                    // y * width + x
+    float step_x, step_y, step_z;  // from p to where its hemisphere's rays start, before the offset
+} ShadingPoint;                    // 64 bytes
 
 // A record, in two parts: what every look-up reads of every candidate, and what only accepted ones need.
 // Support = the distance at which the weight reaches zero: a R (1.8), or the Hessian's ellipse (theory 6).
