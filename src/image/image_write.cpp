@@ -20,6 +20,7 @@ namespace {
 
 void add_metadata(OIIO::ImageSpec& spec, const Image& image) {
     spec.attribute("Software", "Irradia");
+    spec.attribute("DateTime", "");  // else OpenImageIO puts the clock's: the same picture is the same bytes
     for (const auto& [key, value] : image.metadata) spec.attribute(key, value);
 }
 
