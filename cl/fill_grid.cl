@@ -39,7 +39,7 @@ IR_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* path, 
         f = surface_at(s, b.origin, b.direction, &b.hit);
         v->direct += bounce_emission(s, v->p, &b, &f);
         if (k >= 2u) {  // roulette by the albedo of what was hit: its direct light was not looked for yet
-            v->survival = min(max(max(max(f.albedo.x, f.albedo.y), f.albedo.z), 0.05f), 0.95f);
+            v->survival = min(max(largest_channel(f.albedo), 0.05f), 0.95f);
             if (rng_real(rng) >= v->survival) return k + 1u;
         }
         if (!reflects(&f)) return k + 1u;
@@ -84,7 +84,7 @@ IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR
     const uint key = IR_ATOMIC_ADD(&sums[IR_GLOBAL_ID].key, 0u);
     if (key == 0u || key >> 30 != level) return;
     const GridSum own = sums[IR_GLOBAL_ID];
-    const uint slot = grid_take(&grid, sums, grid_parent(own.key));
+    const uint slot = grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, grid.slots, grid_parent(own.key));
     if (slot == grid.slots) {
         IR_ATOMIC_MAX(overflow, 1u);
         return;
@@ -114,13 +114,10 @@ IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cel
     if (IR_GLOBAL_ID >= grid.slots) return;
     const GridSum sum = sums[IR_GLOBAL_ID];
     if (!grid_answers(&grid, &sum)) return;
-    uint slot = hash_uint(sum.key) & (slots - 1u), probes = 0u;
-    while (IR_ATOMIC_CAS(&cells[slot].key, 0u, sum.key) != 0u) {
-        slot = (slot + 1u) & (slots - 1u);
-        if (++probes == IR_GRID_PROBES) {
-            IR_ATOMIC_MAX(overflow, 1u);
-            return;
-        }
+    const uint slot = grid_take((volatile IR_GLOBAL uint*)cells, IR_GRID_CELL_WORDS, slots, sum.key);
+    if (slot == slots) {
+        IR_ATOMIC_MAX(overflow, 1u);
+        return;
     }
     const float scale = grid.unit / (float)sum.samples;
     cells[slot].r = scale * wide_value(sum.r[0], sum.r[1]);

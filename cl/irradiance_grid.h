@@ -67,14 +67,18 @@ IR_FN bool grid_lookup(const GridParameters* g, IR_GLOBAL const GridCell* cells,
 
 #ifdef IR_GRID_FILL  // ---------------------------------------------------------------------- filling (kernels only)
 
-// Slot of `key`, taken if it is not there yet; the number of slots if the table is full.
-IR_FN uint grid_take(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, uint key) {
-    uint slot = hash_uint(key) & (g->slots - 1u);
-    for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (g->slots - 1u)) {
-        const uint found = IR_ATOMIC_CAS(&sums[slot].key, 0u, key);
+#define IR_GRID_SUM_WORDS (sizeof(GridSum) / sizeof(uint))
+#define IR_GRID_CELL_WORDS (sizeof(GridCell) / sizeof(uint))
+
+// Slot of `key` in a table of either struct, whose first word is the key; taken if it is not there yet; `slots` if the
+// table is full.
+IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key) {
+    uint slot = hash_uint(key) & (slots - 1u);
+    for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
+        const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
         if (found == 0u || found == key) return slot;
     }
-    return g->slots;
+    return slots;
 }
 
 // Adds to a 64-bit number in two words: integers, so that the sum does not depend on the order of work-items.
@@ -96,7 +100,7 @@ IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f
 // One estimate of irradiance at (p, n). Sets *overflow if the table is full.
 IR_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n, real3 irradiance,
                         volatile IR_GLOBAL uint* overflow) {
-    const uint slot = grid_take(g, sums, grid_key(g, 0u, p, n));
+    const uint slot = grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, g->slots, grid_key(g, 0u, p, n));
     if (slot == g->slots) {
         IR_ATOMIC_MAX(overflow, 1u);
         return;

@@ -34,7 +34,7 @@ IR_FN uint octree_level(float support, float size) {
 }
 
 // A walk down the one path of nodes that hold p, over all records entered in them:
-//     OctreeWalk walk = octree_walk(cache, p);
+//     OctreeWalk walk = octree_walk(nodes, &parameters, p);
 //     while (octree_next(nodes, entries, &walk, &record)) ...
 typedef struct OctreeWalk {
     uint x, y, z;  // of p, at the deepest level

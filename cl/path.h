@@ -110,7 +110,7 @@ IR_FN bool path_vertex(const SceneData* s, PathState* path, const bool roulette,
     const float u0 = rng_real(rng), u1 = rng_real(rng), v0 = rng_real(rng), v1 = rng_real(rng);
     *sum += throughput * next_event(s, &f, u0, u1, true, rays);
     if (roulette) {
-        const float survive = min(max(max(throughput.x, throughput.y), throughput.z), 0.95f);
+        const float survive = min(largest_channel(throughput), 0.95f);
         if (rng_real(rng) >= survive) return false;
         throughput = throughput * (1.0f / survive);
     }

@@ -90,7 +90,9 @@ IR_FN Surface surface_at(const SceneData* s, real3 origin, real3 direction, cons
     return f;
 }
 
-IR_FN bool is_zero(real3 rgb) { return !(max(max(rgb.x, rgb.y), rgb.z) > 0.0f); }
+IR_FN float largest_channel(real3 rgb) { return max(max(rgb.x, rgb.y), rgb.z); }
+
+IR_FN bool is_zero(real3 rgb) { return !(largest_channel(rgb) > 0.0f); }
 
 // Does the side seen reflect anything: is there direct and indirect light to be computed?
 IR_FN bool reflects(const Surface* f) { return !is_zero(f->albedo); }
