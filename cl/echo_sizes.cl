@@ -25,6 +25,8 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = (uint)sizeof(Material);
     sizes[n++] = IR_OFFSET(Material, texture);
     sizes[n++] = IR_OFFSET(Material, r);
+    sizes[n++] = IR_OFFSET(Material, eta);
+    sizes[n++] = IR_OFFSET(Material, map_scale);
     sizes[n++] = (uint)sizeof(Texture);
     sizes[n++] = IR_OFFSET(Texture, format);
     sizes[n++] = IR_OFFSET(Texture, m00);
@@ -34,6 +36,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(Light, area);
     sizes[n++] = IR_OFFSET(Light, probability);
     sizes[n++] = IR_OFFSET(Light, cdf);
+    sizes[n++] = IR_OFFSET(Light, table);
     sizes[n++] = (uint)sizeof(Camera);
     sizes[n++] = IR_OFFSET(Camera, near_clip);
     sizes[n++] = IR_OFFSET(Camera, pixel_size);

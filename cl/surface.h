@@ -81,7 +81,7 @@ IR_FN Surface surface_at(const SceneData* s, real3 origin, real3 direction, cons
     f.emits = f.light != IR_NO_LIGHT && dot(direction, f.ng) < 0.0f;
     if (dot(direction, f.ns) > 0.0f) {
         f.ns = -f.ns;
-        if (!(m.flags & IR_MATERIAL_TWOSIDED)) f.albedo = make_real3(0.0f, 0.0f, 0.0f);
+        if (m.back == IR_NO_MATERIAL) f.albedo = make_real3(0.0f, 0.0f, 0.0f);
     }
     if (dot(f.ng, f.ns) < 0.0f) f.ng = -f.ng;
     // Rounding of origin + t direction: a few ulp of the largest coordinate and of t.

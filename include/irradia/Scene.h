@@ -34,6 +34,21 @@ struct Scene {
     std::string source;               ///< file it was loaded from, for messages and metadata
 };
 
+/// A black, opaque, diffuse material without textures, one-sided: what a loader fills in.
+inline shared::Material blank_material() {
+    shared::Material m{};
+    m.kind = IR_MATERIAL_DIFFUSE;
+    m.back = IR_NO_MATERIAL;
+    m.texture = m.specular_texture = m.opacity_texture = m.alpha_texture = m.map = IR_NO_TEXTURE;
+    m.opacity = 1.0f;
+    m.specular_r = m.specular_g = m.specular_b = 1.0f;
+    m.transmittance_r = m.transmittance_g = m.transmittance_b = 1.0f;
+    m.eta = 1.0f;
+    m.alpha_u = m.alpha_v = 0.1f;
+    m.map_scale = 1.0f;
+    return m;
+}
+
 /// Sets info.{triangle,analytic,light}_count, environment_light and features from the arrays.
 void finish_scene(Scene& scene);
 

@@ -56,10 +56,25 @@ void check_appearance(const std::string& where, const Scene& scene) {
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const shared::Material& m = scene.materials[i];
         const Place p{where, "material", i};
-        p.require(m.kind == IR_MATERIAL_DIFFUSE, "unknown kind");
-        p.require((m.flags & ~IR_MATERIAL_TWOSIDED) == 0, "unknown flags");
-        p.optional_below(m.texture, scene.textures.size(), "texture");
+        p.require(m.kind < IR_MATERIAL_KINDS, "unknown kind");
+        p.require((m.flags & ~(IR_MATERIAL_BECKMANN | IR_MATERIAL_NONLINEAR | IR_MATERIAL_NORMAL_MAP)) == 0,
+                  "unknown flags");
+        p.optional_below(m.back, scene.materials.size(), "material of the back");
+        for (const int texture : {m.texture, m.specular_texture, m.opacity_texture, m.alpha_texture, m.map})
+            p.optional_below(texture, scene.textures.size(), "texture");
         p.require(in_unit(m.r) && in_unit(m.g) && in_unit(m.b), "reflectance is outside [0, 1]");
+        p.require(in_unit(m.specular_r) && in_unit(m.specular_g) && in_unit(m.specular_b),
+                  "specular reflectance is outside [0, 1]");
+        p.require(in_unit(m.transmittance_r) && in_unit(m.transmittance_g) && in_unit(m.transmittance_b),
+                  "specular transmittance is outside [0, 1]");
+        p.require(in_unit(m.opacity), "opacity is outside [0, 1]");
+        p.finite(m.eta_r, m.eta_g, m.eta_b, m.k_r, m.k_g, m.k_b, m.eta, m.alpha_u, m.alpha_v, m.map_scale);
+        p.require(m.eta > 0.0f && m.alpha_u > 0.0f && m.alpha_v > 0.0f,
+                  "index of refraction or roughness not positive");
+        p.require(in_unit(m.internal_reflectance) && in_unit(m.specular_weight), "the coat is outside [0, 1]");
+        p.require(
+            m.kind != IR_MATERIAL_ROUGH_PLASTIC || std::uint64_t{m.coat_table} + IR_COAT_TABLE <= scene.texels.size(),
+            "the coat's table is outside the texel array");
     }
     for (std::size_t i = 0; i < scene.textures.size(); ++i)
         check_texture({where, "texture", i}, scene.textures[i], scene.texels);
@@ -70,10 +85,11 @@ void check_lights(const std::string& where, const Scene& scene) {
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const shared::Light& l = scene.lights[i];
         const Place p{where, "light", i};
-        p.require(l.kind <= IR_LIGHT_CONSTANT, "unknown kind");
+        p.require(l.kind <= IR_LIGHT_CYLINDER, "unknown kind");
         p.finite(l.px, l.py, l.pz, l.e1x, l.e1y, l.e1z, l.e2x, l.e2y, l.e2z, l.nx, l.ny, l.nz, l.area, l.radius);
         p.finite(l.r, l.g, l.b, l.probability, l.cdf);
         p.require(l.r >= 0.0f && l.g >= 0.0f && l.b >= 0.0f, "negative radiance");
+        p.optional_below(l.texture, scene.textures.size(), "texture");
         p.require(l.area >= 0.0f && l.radius >= 0.0f, "negative area or radius");
         p.require(in_unit(l.probability), "probability is outside [0, 1]");
         p.require(l.cdf >= before, "the cdf descends");
@@ -85,13 +101,22 @@ void check_lights(const std::string& where, const Scene& scene) {
 /// The features without which kernels would misread the scene.
 std::uint32_t needed_features(const Scene& scene) {
     std::uint32_t needed = scene.analytics.empty() ? 0 : IR_FEATURE_ANALYTIC;
-    for (const shared::Material& m : scene.materials)
-        if (m.texture >= 0) needed |= IR_FEATURE_TEXTURES;
+    for (const shared::Material& m : scene.materials) {
+        for (const int texture : {m.texture, m.specular_texture, m.opacity_texture, m.alpha_texture, m.map})
+            if (texture >= 0) needed |= IR_FEATURE_TEXTURES;
+        if (m.kind != IR_MATERIAL_DIFFUSE) needed |= IR_FEATURE_BSDFS;
+        if (m.opacity < 1.0f || m.opacity_texture >= 0) needed |= IR_FEATURE_MASKS;
+        if (m.map >= 0) needed |= IR_FEATURE_BUMPS;
+    }
+    if (scene.info.camera.aperture_radius > 0.0f) needed |= IR_FEATURE_THIN_LENS;
     for (const shared::Triangle& t : scene.triangles)
         if ((t.flags & IR_TRIANGLE_FLAT) == 0) needed |= IR_FEATURE_SMOOTH_NORMALS;
     for (const shared::Light& l : scene.lights) {
-        if (l.kind == IR_LIGHT_CONSTANT) needed |= IR_FEATURE_ENVIRONMENT;
-        if (l.kind == IR_LIGHT_POINT || l.kind == IR_LIGHT_DIRECTIONAL) needed |= IR_FEATURE_DELTA_LIGHTS;
+        if (l.kind == IR_LIGHT_CONSTANT || l.kind == IR_LIGHT_ENVMAP) needed |= IR_FEATURE_ENVIRONMENT;
+        if (l.kind == IR_LIGHT_ENVMAP) needed |= IR_FEATURE_ENVMAP;
+        if (l.kind == IR_LIGHT_POINT || l.kind == IR_LIGHT_DIRECTIONAL || l.kind == IR_LIGHT_SPOT)
+            needed |= IR_FEATURE_DELTA_LIGHTS;
+        if (l.texture >= 0 && l.kind != IR_LIGHT_ENVMAP) needed |= IR_FEATURE_TEXTURED_LIGHTS;
     }
     return needed;
 }
@@ -114,13 +139,16 @@ void check_info(const std::string& where, const Scene& scene) {
     q.require(scene.triangles.size() + scene.analytics.size() < IR_NO_PRIMITIVE, "too many primitives");
     q.optional_below(s.environment_light, scene.lights.size(), "environment light");
     q.require(s.environment_light < 0 ||
-                  scene.lights[static_cast<std::size_t>(s.environment_light)].kind == IR_LIGHT_CONSTANT,
+                  scene.lights[static_cast<std::size_t>(s.environment_light)].kind == IR_LIGHT_CONSTANT ||
+                  scene.lights[static_cast<std::size_t>(s.environment_light)].kind == IR_LIGHT_ENVMAP,
               "the environment light is of another kind");
     q.require(s.diagonal >= 0.0f, "the diagonal is negative");
     q.finite(s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z);
     q.require(s.min_x <= s.max_x && s.min_y <= s.max_y && s.min_z <= s.max_z, "the bounds are inverted");
     constexpr std::uint32_t kKnown = IR_FEATURE_TEXTURES | IR_FEATURE_ANALYTIC | IR_FEATURE_SMOOTH_NORMALS |
-                                     IR_FEATURE_ENVIRONMENT | IR_FEATURE_DELTA_LIGHTS;
+                                     IR_FEATURE_ENVIRONMENT | IR_FEATURE_DELTA_LIGHTS | IR_FEATURE_BSDFS |
+                                     IR_FEATURE_MASKS | IR_FEATURE_BUMPS | IR_FEATURE_ENVMAP |
+                                     IR_FEATURE_TEXTURED_LIGHTS | IR_FEATURE_THIN_LENS;
     q.require((scene.features & ~kKnown) == 0, "unknown features");
     q.require((needed_features(scene) & ~scene.features) == 0, "a feature that it needs is not listed");
     q.require(scene.sample_count > 0, "no samples a pixel");

@@ -29,7 +29,7 @@ public:
 
     Sight look(const std::vector<Shape>& shapes, const std::vector<shared::Material>& materials) {
         for (const Shape& shape : shapes) {
-            back_is_dark_ = (materials[shape.material].flags & IR_MATERIAL_TWOSIDED) == 0;
+            back_is_dark_ = materials[shape.material].back == IR_NO_MATERIAL;
             if (shape.kind == ShapeKind::sphere)
                 sphere(shape);
             else if (shape.kind == ShapeKind::disk)

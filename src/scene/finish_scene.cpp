@@ -12,17 +12,28 @@ void finish_scene(Scene& scene) {
     info.environment_light = IR_NO_LIGHT;
     std::uint32_t features = 0;
     if (!scene.textures.empty()) features |= IR_FEATURE_TEXTURES;
+    for (const shared::Material& m : scene.materials) {
+        if (m.kind != IR_MATERIAL_DIFFUSE) features |= IR_FEATURE_BSDFS;
+        if (m.back != IR_NO_MATERIAL && scene.materials[static_cast<std::size_t>(m.back)].kind != m.kind)
+            features |= IR_FEATURE_BSDFS;
+        if (m.opacity < 1.0f || m.opacity_texture != IR_NO_TEXTURE) features |= IR_FEATURE_MASKS;
+        if (m.map != IR_NO_TEXTURE) features |= IR_FEATURE_BUMPS;
+    }
+    if (info.camera.aperture_radius > 0.0f) features |= IR_FEATURE_THIN_LENS;
     if (!scene.analytics.empty()) features |= IR_FEATURE_ANALYTIC;
     if (std::any_of(scene.triangles.begin(), scene.triangles.end(),
                     [](const shared::Triangle& t) { return (t.flags & IR_TRIANGLE_FLAT) == 0; }))
         features |= IR_FEATURE_SMOOTH_NORMALS;
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         const auto kind = scene.lights[i].kind;
-        if (kind == IR_LIGHT_CONSTANT) {
+        if (kind == IR_LIGHT_CONSTANT || kind == IR_LIGHT_ENVMAP) {
             info.environment_light = static_cast<int>(i);
             features |= IR_FEATURE_ENVIRONMENT;
-        } else if (kind == IR_LIGHT_POINT || kind == IR_LIGHT_DIRECTIONAL) {
+            if (kind == IR_LIGHT_ENVMAP) features |= IR_FEATURE_ENVMAP;
+        } else if (kind == IR_LIGHT_POINT || kind == IR_LIGHT_DIRECTIONAL || kind == IR_LIGHT_SPOT) {
             features |= IR_FEATURE_DELTA_LIGHTS;
+        } else if (scene.lights[i].texture != IR_NO_TEXTURE) {
+            features |= IR_FEATURE_TEXTURED_LIGHTS;
         }
     }
     scene.features = features;

@@ -95,6 +95,7 @@ private:
     }
     static shared::Light blank(const glm::dvec3& colour) {
         shared::Light light{};
+        light.texture = IR_NO_TEXTURE;
         set3(light.r, light.g, light.b, colour);
         return light;
     }

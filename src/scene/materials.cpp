@@ -32,9 +32,8 @@ glm::dvec3 fresnel_colour(const glm::dvec3& eta, const glm::dvec3& k) {
 
 std::optional<std::uint32_t> MaterialTable::material(const Node* bsdf) {
     const auto append = [&](const Surface& s) {
-        shared::Material m{};
-        m.kind = IR_MATERIAL_DIFFUSE;
-        m.flags = s.twosided ? IR_MATERIAL_TWOSIDED : 0u;
+        shared::Material m = blank_material();
+        if (s.twosided) m.back = static_cast<int>(materials.size());
         m.texture = s.reflectance.texture;
         m.r = static_cast<float>(s.reflectance.colour.x);
         m.g = static_cast<float>(s.reflectance.colour.y);

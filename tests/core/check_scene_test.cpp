@@ -50,7 +50,7 @@ TEST(CheckScene, Geometry) {
         {"triangle 1: light -2", [](Scene& s) { s.triangles[1].light = -2; }},
         {"triangle 1: unknown flags", [](Scene& s) { s.triangles[1].flags = 4; }},
         {"triangle 1: a number", [](Scene& s) { s.triangles[1].nz = kNan; }},
-        {"analytic primitive 0: unknown kind", [](Scene& s) { s.analytics[0].kind = 2; }},
+        {"analytic primitive 0: unknown kind", [](Scene& s) { s.analytics[0].kind = 3; }},
         {"analytic primitive 0: material", [](Scene& s) { s.analytics[0].material = 2; }},
         {"analytic primitive 0: light", [](Scene& s) { s.analytics[0].light = 9; }},
         {"analytic primitive 0: radius", [](Scene& s) { s.analytics[0].radius = 0.0f; }},
@@ -61,8 +61,8 @@ TEST(CheckScene, Geometry) {
 TEST(CheckScene, Appearance) {
     expect_refused({
         {"material 0: texture 3", [](Scene& s) { s.materials[0].texture = 3; }},
-        {"material 0: unknown kind", [](Scene& s) { s.materials[0].kind = 1; }},
-        {"material 1: unknown flags", [](Scene& s) { s.materials[1].flags = 2; }},
+        {"material 0: unknown kind", [](Scene& s) { s.materials[0].kind = IR_MATERIAL_KINDS; }},
+        {"material 1: unknown flags", [](Scene& s) { s.materials[1].flags = 8; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].g = 1.01f; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].b = kNan; }},
         {"texture 0: unknown format", [](Scene& s) { s.textures[0].format = 3; }},
@@ -82,7 +82,7 @@ TEST(CheckScene, Appearance) {
 
 TEST(CheckScene, Lights) {
     expect_refused({
-        {"light 1: unknown kind", [](Scene& s) { s.lights[1].kind = 7; }},
+        {"light 1: unknown kind", [](Scene& s) { s.lights[1].kind = 10; }},
         {"light 1: a number", [](Scene& s) { s.lights[1].px = kNan; }},
         {"light 1: negative radiance", [](Scene& s) { s.lights[1].r = -1.0f; }},
         {"light 0: negative area", [](Scene& s) { s.lights[0].area = -1.0f; }},
@@ -109,7 +109,7 @@ TEST(CheckScene, Settings) {
         {"environment light is of another kind", [](Scene& s) { s.info.environment_light = 0; }},
         {"diagonal", [](Scene& s) { s.info.diagonal = -1.0f; }},
         {"bounds", [](Scene& s) { s.info.min_y = 2.0f; }},
-        {"unknown features", [](Scene& s) { s.features |= 0x100u; }},
+        {"unknown features", [](Scene& s) { s.features |= 0x1000u; }},
         {"no samples", [](Scene& s) { s.sample_count = 0; }},
         {"a number", [](Scene& s) { s.centre[1] = std::nan(""); }},
         {"control character", [](Scene& s) { s.source = "a\nb"; }},

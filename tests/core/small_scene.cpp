@@ -16,6 +16,7 @@ namespace {
 
 shared::Light light(std::uint32_t kind, float probability, float cdf) {
     shared::Light l{};
+    l.texture = IR_NO_TEXTURE;
     l.kind = kind;
     l.e1x = l.e2y = l.nz = 1.0f;
     l.area = l.radius = 1.0f;
@@ -83,8 +84,12 @@ Scene small_scene() {
     sphere.material = 1;
     sphere.light = IR_NO_LIGHT;
     s.analytics = {sphere};
-    s.materials = {{IR_MATERIAL_DIFFUSE, 0, 2, 0, 0.5f, 0.5f, 0.5f, 0},
-                   {IR_MATERIAL_DIFFUSE, IR_MATERIAL_TWOSIDED, IR_NO_TEXTURE, 0, 1.0f, 0.0f, 0.25f, 0}};
+    s.materials = {blank_material(), blank_material()};
+    s.materials[0].texture = 2;
+    s.materials[0].r = s.materials[0].g = s.materials[0].b = 0.5f;
+    s.materials[1].back = 1;
+    s.materials[1].r = 1.0f;
+    s.materials[1].b = 0.25f;
     const auto texture = [](std::uint32_t offset, std::uint32_t w, std::uint32_t h, std::uint32_t format) {
         shared::Texture t{};
         t.offset = offset, t.width = w, t.height = h, t.format = format;

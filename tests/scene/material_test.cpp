@@ -36,12 +36,12 @@ TEST_F(Material, DiffuseTwosidedAndTheDefault) {
         <shape type="rectangle"><ref id="two"/></shape><shape type="rectangle"><ref id="two"/></shape><shape type="rectangle"><ref id="one"/></shape>)");
     const auto& lamp_material = s.materials[s.triangles[0].material];
     expect_near({lamp_material.r, lamp_material.g, lamp_material.b}, {0.5, 0.5, 0.5}, 0.0);  // Mitsuba's default
-    EXPECT_EQ(lamp_material.flags, 0u);
+    EXPECT_EQ(lamp_material.back, IR_NO_MATERIAL);
     EXPECT_EQ(s.triangles[2].material, s.triangles[4].material);
     const auto& two = s.materials[s.triangles[2].material];
-    EXPECT_EQ(two.flags, IR_MATERIAL_TWOSIDED);
+    EXPECT_EQ(two.back, static_cast<int>(s.triangles[2].material));
     expect_near({two.r, two.g, two.b}, {0.1, 0.2, 0.3}, 1e-7);
-    EXPECT_EQ(s.materials[s.triangles[6].material].flags, 0u);
+    EXPECT_EQ(s.materials[s.triangles[6].material].back, IR_NO_MATERIAL);
     EXPECT_EQ(s.materials.size(), 3u);
 }
 

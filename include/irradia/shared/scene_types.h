@@ -35,34 +35,67 @@ typedef struct Triangle {
 
 #define IR_ANALYTIC_SPHERE 0u
 #define IR_ANALYTIC_DISK 1u
+#define IR_ANALYTIC_CYLINDER 2u  // open at both ends
 typedef struct Analytic {
-    float px, py, pz;  // centre
-    float radius;      // sphere: radius; disk: unused
-    float nx, ny, nz;  // disk: unit normal
+    float px, py, pz;  // centre; cylinder: centre of the base
+    float radius;      // sphere, cylinder; disk: unused
+    float nx, ny, nz;  // disk: unit normal; cylinder: unit axis
     uint kind;         // IR_ANALYTIC_*
-    float ux, uy, uz;  // disk: half axis u divided by its squared length; sphere: unit x axis of its uv frame
+    float ux, uy, uz;  // disk: half axis u divided by its squared length; sphere, cylinder: unit x axis of its uv frame
     uint material;
-    float vx, vy, vz;  // disk: half axis v divided by its squared length; sphere: unit z axis (pole) of its uv frame
+    float vx, vy, vz;  // disk: half axis v divided by its squared length; sphere: unit z axis (pole) of its uv frame;
+                       // cylinder: unit y axis of its uv frame
     int light;
-    float sign;  // sphere: +1 outward normals, -1 if flip_normals
-    float pad0, pad1, pad2;
+    float sign;    // sphere, cylinder: +1 outward normals, -1 if flip_normals
+    float length;  // cylinder
+    float pad0, pad1;
 } Analytic;  // 80 bytes
 
 // ---- appearance -------------------------------------------------------------------------------------------------
+// Names, parameters and conventions are those of Mitsuba 3's BSDFs.
 #define IR_MATERIAL_DIFFUSE 0u
-#define IR_MATERIAL_TWOSIDED 0x1u  // flag: both sides reflect; otherwise the back (against the normal) is black
-typedef struct Material {
-    uint kind;    // IR_MATERIAL_DIFFUSE
-    uint flags;   // IR_MATERIAL_TWOSIDED
-    int texture;  // reflectance texture (replaces r, g, b) or IR_NO_TEXTURE
-    uint pad0;
-    float r, g, b;  // reflectance, linear, [0, 1]
-    float pad1;
-} Material;  // 32 bytes
+#define IR_MATERIAL_CONDUCTOR 1u  // smooth
+#define IR_MATERIAL_ROUGH_CONDUCTOR 2u
+#define IR_MATERIAL_DIELECTRIC 3u  // smooth
+#define IR_MATERIAL_ROUGH_DIELECTRIC 4u
+#define IR_MATERIAL_THIN_DIELECTRIC 5u
+#define IR_MATERIAL_PLASTIC 6u  // smooth coat on a diffuse base
+#define IR_MATERIAL_ROUGH_PLASTIC 7u
+#define IR_MATERIAL_KINDS 8u
 
-#define IR_TEXTURE_RGBA8_SRGB 0u    // one uint a texel, sRGB transfer function, R in the low byte
-#define IR_TEXTURE_RGBA8_LINEAR 1u  // one uint a texel, linear
-#define IR_TEXTURE_RGB32F 2u        // three floats (as uint bits) a texel, linear
+#define IR_MATERIAL_BECKMANN 0x1u    // flag: microfacets after Beckmann, otherwise GGX
+#define IR_MATERIAL_NONLINEAR 0x2u   // flag: plastic whose base colours shift by internal scattering
+#define IR_MATERIAL_NORMAL_MAP 0x4u  // flag: `map` holds normals, otherwise heights
+#define IR_NO_MATERIAL (-1)
+#define IR_COAT_TABLE 64u  // entries of a rough coat's transmittance table, over the cosine, 0 to 1
+typedef struct Material {
+    uint kind, flags;  // IR_MATERIAL_*
+    int back;          // material of the other side: its own index if both are alike, IR_NO_MATERIAL if that is black
+    int texture;       // of the reflectance (replaces r, g, b) or IR_NO_TEXTURE
+    float r, g, b;     // diffuse reflectance (diffuse, plastics), linear, [0, 1]
+    float opacity;     // probability that a ray meets the surface at all, [0, 1]
+    float specular_r, specular_g, specular_b;                 // factor of what is reflected specularly, [0, 1]
+    int specular_texture;                                     // replaces it, or IR_NO_TEXTURE
+    float transmittance_r, transmittance_g, transmittance_b;  // factor of what is transmitted (dielectrics), [0, 1]
+    int opacity_texture;                                      // replaces opacity, or IR_NO_TEXTURE
+    float eta_r, eta_g, eta_b;                                // conductors: real part of the index of refraction
+    float eta;                   // dielectrics, plastics: index inside over index outside (the normal's side)
+    float k_r, k_g, k_b;         // conductors: imaginary part
+    float alpha_u, alpha_v;      // roughness along the tangent and the bitangent, > 0
+    int alpha_texture;           // replaces both, or IR_NO_TEXTURE
+    uint coat;                   // plastics: number of the coat, the same for coats that are alike; 0: none
+    uint coat_table;             // rough plastics: where their IR_COAT_TABLE transmittances begin in `texels`
+    float internal_reflectance;  // plastics: share of diffuse light that the coat reflects back to the base
+    float specular_weight;       // plastics: weight of the coat against the base in the choice of a sample, [0, 1]
+    int map;                     // bump map (heights) or normal map, or IR_NO_TEXTURE
+    float map_scale;             // factor of the heights
+} Material;                      // 128 bytes
+
+#define IR_TEXTURE_RGBA8_SRGB 0u     // one uint a texel, sRGB transfer function, R in the low byte
+#define IR_TEXTURE_RGBA8_LINEAR 1u   // one uint a texel, linear
+#define IR_TEXTURE_RGB32F 2u         // three floats (as uint bits) a texel, linear
+#define IR_TEXTURE_CHECKERBOARD 3u   // no texels: two colours of three floats at `offset`
+#define IR_TEXTURE_VERTEX_COLOUR 4u  // no texels: three floats at `offset` + 3 vertex, interpolated
 #define IR_WRAP_REPEAT 0u
 #define IR_WRAP_MIRROR 1u
 #define IR_WRAP_CLAMP 2u
@@ -86,6 +119,13 @@ typedef struct Texture {
 #define IR_LIGHT_POINT 4u        // position p, (r,g,b) intensity W·sr⁻¹
 #define IR_LIGHT_DIRECTIONAL 5u  // n = direction in which the light travels, (r,g,b) irradiance W·m⁻²
 #define IR_LIGHT_CONSTANT 6u     // environment of constant radiance (r,g,b) W·m⁻²·sr⁻¹
+#define IR_LIGHT_SPOT \
+    7u  // position p, direction n, (r,g,b) intensity on the axis W·sr⁻¹, e1x, e1y cosines of the
+        // cone's half angle and of the half angle up to which intensity is full
+#define IR_LIGHT_ENVMAP \
+    8u                        // environment picture, latitude-longitude; (r,g,b) its mean radiance over the sphere, for
+                              // the choice among lights; e1, e2, n: the map's x, y, z axes in the scene
+#define IR_LIGHT_CYLINDER 9u  // base centre p, axis e1 (to the other end), radius; nx = +1 outward, -1 inward
 typedef struct Light {
     float px, py, pz;
     uint kind;  // IR_LIGHT_*
@@ -98,7 +138,12 @@ typedef struct Light {
     float probability;  // of being chosen, proportional to power; all sum to 1
     float r, g, b;      // radiance W·m⁻²·sr⁻¹ (or as the kind says)
     float cdf;          // inclusive running sum of probability; the last is exactly 1
-} Light;                // 80 bytes
+    int texture;        // area lights: radiance, which replaces r, g, b (they are its mean); envmap: its picture;
+                        // otherwise IR_NO_TEXTURE
+    uint primitive;     // textured area lights: the primitive that carries the texture coordinates
+    uint table;         // envmap: where its sampling tables begin in `texels` (cl/environment.h)
+    uint pad0;
+} Light;  // 96 bytes
 
 // ---- camera, film, the rest -------------------------------------------------------------------------------------
 // Ray through film position (x, y) in [0,1]^2, y down: direction = normalize(corner + x dx + y dy).
@@ -110,10 +155,10 @@ typedef struct Camera {
     float dxx, dxy, dxz;
     float pixel_size;  // edge of a pixel on the plane at unit view depth (geometric mean of both edges)
     float dyx, dyy, dyz;
-    float pad0;
+    float aperture_radius;               // thin lens, world units; 0: pinhole
     float forwardx, forwardy, forwardz;  // unit view axis
-    float pad1;
-} Camera;  // 80 bytes
+    float focus_distance;                // thin lens: depth of the plane in focus, world units
+} Camera;                                // 80 bytes
 
 #define IR_RFILTER_BOX 0u
 #define IR_RFILTER_TENT 1u
@@ -125,7 +170,7 @@ typedef struct SceneInfo {
     float rfilter_radius;  // pixels (box .5; tent: radius; gaussian: 4 standard deviations, Mitsuba's)
     float rfilter_stddev;  // gaussian, pixels
     uint triangle_count, analytic_count, light_count;
-    int environment_light;  // index of the constant light or IR_NO_LIGHT
+    int environment_light;  // index of the constant or envmap light, or IR_NO_LIGHT
     float diagonal;         // of the bounding box of all surfaces, world units
     float pad0, pad1;
     float min_x, min_y, min_z, pad2;  // bounds after centring
@@ -181,15 +226,21 @@ typedef struct TrianglePacked {  // GPU devices: the three vertices
 } TrianglePacked;  // 48 bytes
 
 // ---- what a scene needs: kernels are specialised by these (-D IR_FEATURES=...) -----------------------------------
-#define IR_FEATURE_TEXTURES 0x1u        // any bitmap texture
-#define IR_FEATURE_ANALYTIC 0x2u        // any sphere or disk
-#define IR_FEATURE_SMOOTH_NORMALS 0x4u  // any triangle that is not flat
-#define IR_FEATURE_ENVIRONMENT 0x8u     // constant light
-#define IR_FEATURE_DELTA_LIGHTS 0x10u   // point or directional light
+#define IR_FEATURE_TEXTURES 0x1u           // any texture on a surface
+#define IR_FEATURE_ANALYTIC 0x2u           // any sphere, disk or cylinder
+#define IR_FEATURE_SMOOTH_NORMALS 0x4u     // any triangle that is not flat
+#define IR_FEATURE_ENVIRONMENT 0x8u        // constant light or environment picture
+#define IR_FEATURE_DELTA_LIGHTS 0x10u      // point, spot or directional light
+#define IR_FEATURE_BSDFS 0x20u             // any material that is not diffuse
+#define IR_FEATURE_MASKS 0x40u             // any opacity below one
+#define IR_FEATURE_BUMPS 0x80u             // any bump or normal map
+#define IR_FEATURE_ENVMAP 0x100u           // environment picture
+#define IR_FEATURE_TEXTURED_LIGHTS 0x200u  // area light with a texture
+#define IR_FEATURE_THIN_LENS 0x400u        // aperture of the camera
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
-static_assert(sizeof(Vertex) == 32 && sizeof(Triangle) == 48 && sizeof(Analytic) == 80 && sizeof(Material) == 32 &&
-              sizeof(Texture) == 64 && sizeof(Light) == 80 && sizeof(Camera) == 80 && sizeof(SceneInfo) == 160 &&
+static_assert(sizeof(Vertex) == 32 && sizeof(Triangle) == 48 && sizeof(Analytic) == 80 && sizeof(Material) == 128 &&
+              sizeof(Texture) == 64 && sizeof(Light) == 96 && sizeof(Camera) == 80 && sizeof(SceneInfo) == 160 &&
               sizeof(Bvh8Node) == 256 && sizeof(TriangleBlock) == 320 && sizeof(Bvh2Node) == 64 &&
               sizeof(TrianglePacked) == 48);
 }  // namespace irradia::shared
