@@ -29,7 +29,7 @@ void check_geometry(const std::string& where, const Scene& scene) {
     for (std::size_t i = 0; i < scene.analytics.size(); ++i) {
         const shared::Analytic& a = scene.analytics[i];
         const Place p{where, "analytic primitive", i};
-        p.require(a.kind == IR_ANALYTIC_SPHERE || a.kind == IR_ANALYTIC_DISK, "unknown kind");
+        p.require(a.kind <= IR_ANALYTIC_CYLINDER, "unknown kind");
         p.finite(a.px, a.py, a.pz, a.radius, a.nx, a.ny, a.nz, a.ux, a.uy, a.uz, a.vx, a.vy, a.vz, a.sign);
         p.require(a.kind != IR_ANALYTIC_SPHERE || a.radius > 0.0f, "radius is not positive");
         p.below(a.material, scene.materials.size(), "material");
@@ -104,7 +104,7 @@ std::uint32_t needed_features(const Scene& scene) {
     for (const shared::Material& m : scene.materials) {
         for (const int texture : {m.texture, m.specular_texture, m.opacity_texture, m.alpha_texture, m.map})
             if (texture >= 0) needed |= IR_FEATURE_TEXTURES;
-        if (m.kind != IR_MATERIAL_DIFFUSE) needed |= IR_FEATURE_BSDFS;
+        if (m.kind != IR_MATERIAL_DIFFUSE && m.kind < IR_MATERIAL_KINDS) needed |= IR_FEATURE_BSDFS;
         if (m.opacity < 1.0f || m.opacity_texture >= 0) needed |= IR_FEATURE_MASKS;
         if (m.map >= 0) needed |= IR_FEATURE_BUMPS;
     }
