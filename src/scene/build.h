@@ -33,6 +33,7 @@ void fill_normals(Mesh& mesh);
 struct TextureSpec {
     std::string path;
     bool raw = false;
+    bool unbounded = false;  // radiance, heights: values are not held in [0, 1]
     std::uint32_t wrap = IR_WRAP_REPEAT, filter = IR_FILTER_BILINEAR;
     glm::dmat4 to_uv{1.0};
     const Node* node = nullptr;
@@ -88,7 +89,8 @@ struct Shape {
     const Node* node = nullptr;
     ShapeKind kind = ShapeKind::mesh;
     std::uint32_t material = 0;
-    std::optional<glm::dvec3> radiance;  // area emitter, W·m⁻²·sr⁻¹
+    std::optional<glm::dvec3> radiance;    // area emitter, W·m⁻²·sr⁻¹; of a texture its mean
+    int radiance_texture = IR_NO_TEXTURE;  // replaces it, if there is one
 
     Mesh mesh;                             // mesh, rectangle (4 corners in order, 2 triangles)
     std::vector<glm::dvec3> face_normals;  // unit, one a triangle, on the side the surface faces

@@ -68,7 +68,8 @@ Picture read_picture(const std::string& path, bool raw) {
 }
 
 bool same(const TextureSpec& a, const TextureSpec& b) {
-    return a.path == b.path && a.raw == b.raw && a.wrap == b.wrap && a.filter == b.filter && a.to_uv == b.to_uv;
+    return a.path == b.path && a.raw == b.raw && a.unbounded == b.unbounded && a.wrap == b.wrap &&
+           a.filter == b.filter && a.to_uv == b.to_uv;
 }
 
 }  // namespace
@@ -86,7 +87,8 @@ void TextureTable::load(const Context& context, Scene& scene) const {
     for (std::size_t i = 0; i < specs_.size(); ++i) {
         first[i] = i;
         for (std::size_t j = 0; j < i; ++j)
-            if (specs_[j].path == specs_[i].path && specs_[j].raw == specs_[i].raw) {
+            if (specs_[j].path == specs_[i].path && specs_[j].raw == specs_[i].raw &&
+                specs_[j].unbounded == specs_[i].unbounded) {
                 first[i] = j;
                 break;
             }
@@ -149,8 +151,10 @@ void TextureTable::load(const Context& context, Scene& scene) const {
                 if (!std::isfinite(v))
                     fail(*spec.node, fmt::format("texture '{}' has a value that is not finite at pixel ({}, {})",
                                                  spec.path, t / 3 % picture.width, t / 3 / picture.width));
-                if (v < 0.0f || v > 1.0f) ++clamped;
-                v = std::min(std::max(v, 0.0f), 1.0f);
+                if (!spec.unbounded) {
+                    if (v < 0.0f || v > 1.0f) ++clamped;
+                    v = std::min(std::max(v, 0.0f), 1.0f);
+                }
                 scene.texels.push_back(std::bit_cast<std::uint32_t>(v));
             }
             if (clamped)
