@@ -27,8 +27,9 @@ typedef struct Cache {
     c.values = record_values;   \
     c.parameters = cache_parameters
 
-// Weight of a record at (p, n), 0 if it does not apply.
-IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p, real3 n) {
+// Weight of a record at (p, n) of a surface with coat `coat`, 0 if it does not apply.
+IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p, real3 n, uint coat) {
+    if (k->coat != coat) return 0.0f;
     const real3 delta = p - make_real3(k->px, k->py, k->pz);
     const float distance =
         elliptic_error(delta, make_real3(k->t2x, k->t2y, k->t2z), k->support1, k->support2) * c->stretch;
@@ -71,14 +72,14 @@ IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k
 
 // Walks the octree to p. Adds w E_i to *sum for every record with w > 0 (nothing if sum is null) and returns the sum of
 // the weights; if sum is null it may return as soon as the point is known to be covered.
-IR_FN float cache_gather(const Cache* c, real3 p, real3 n, bool only_coverage, real3* sum) {
+IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, bool only_coverage, real3* sum) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
     uint record;
     OctreeWalk walk = octree_walk(c->nodes, &q, p);
     while (octree_next(c->nodes, c->entries, &walk, &record)) {
         const RecordKey key = c->keys[record];
-        const float w = record_weight(&q, &key, p, n);
+        const float w = record_weight(&q, &key, p, n, coat);
         if (!(w > 0.0f)) continue;
         weights += w;
         if (!only_coverage)
@@ -89,16 +90,16 @@ IR_FN float cache_gather(const Cache* c, real3 p, real3 n, bool only_coverage, r
     return weights;
 }
 
-// True if the records suffice at (p, n).
-IR_FN bool cache_covers(const Cache* c, real3 p, real3 n) {
+// True if the records suffice at (p, n) of a surface with coat `coat` (0: none).
+IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat) {
     real3 unused = make_real3(0.0f, 0.0f, 0.0f);
-    return cache_gather(c, p, n, true, &unused) > c->parameters.minimum_weight;
+    return cache_gather(c, p, n, coat, true, &unused) > c->parameters.minimum_weight;
 }
 
 // Interpolated irradiance (1.6) in W·m⁻²; false (and zero) where no record applies.
-IR_FN bool cache_lookup(const Cache* c, real3 p, real3 n, real3* irradiance) {
+IR_FN bool cache_lookup(const Cache* c, real3 p, real3 n, uint coat, real3* irradiance) {
     real3 sum = make_real3(0.0f, 0.0f, 0.0f);
-    const float weights = cache_gather(c, p, n, false, &sum);
+    const float weights = cache_gather(c, p, n, coat, false, &sum);
     const bool found = weights > 0.0f;
     *irradiance = found ? sum * (1.0f / weights) : make_real3(0.0f, 0.0f, 0.0f);
     return found;

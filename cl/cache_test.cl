@@ -13,7 +13,7 @@ IR_KERNEL void look_up(IR_CACHE_ARGS, IR_GLOBAL const float* points, IR_GLOBAL f
     if (brute_force) {
         for (uint i = 0; i < record_count; ++i) {
             const RecordKey key = record_keys[i];
-            const float w = record_weight(&cache.parameters, &key, p, n);
+            const float w = record_weight(&cache.parameters, &key, p, n, 0u);
             weights += w;
             if (w > 0.0f) sum += record_irradiance(&record_values[i], &key, p, n) * w;
         }

@@ -1,6 +1,7 @@
 // Direct light of up to IR_TILE surfaces at once: a light sample each, their shadow rays as one packet, and where
 // -D IR_DIRECT_MIS=1 a BSDF sample too, weighed against each other by the balance heuristic. Light samples alone do where
 // the one light can be sampled in solid angle; of several lights, chosen by power, the nearest may be chosen too rarely.
+// Glossy surfaces always take a BSDF sample, which then goes on with what their glossy part reflects of indirect light.
 #ifndef IR_DIRECT_H
 #define IR_DIRECT_H
 #include "path.h"
@@ -8,57 +9,58 @@
 #ifndef IR_DIRECT_MIS
 #define IR_DIRECT_MIS 0
 #endif
-
-// What the BSDF sample of numbers v0, v1 adds to direct light at f, per unit albedo.
-IR_FN real3 direct_bounce(const SceneData* s, const Surface* f, float v0, float v1, RayCount* rays) {
-    const Bounce b = bounce_from(s, f, v0, v1, rays);
-    if (b.hit.primitive == IR_NO_PRIMITIVE) return bounce_sky(s);
-    const Surface g = surface_at(s, b.origin, b.direction, &b.hit);
-    return bounce_emission(s, f->p, &b, &g);
-}
-
-// Direct light reflected at one surface, per unit albedo.
-IR_FN real3 direct_radiance(const SceneData* s, const Surface* f, Rng* rng, RayCount* rays) {
-    const float u0 = rng_real(rng), u1 = rng_real(rng);
-    real3 radiance = next_event(s, f, u0, u1, IR_DIRECT_MIS, rays);
 #if IR_DIRECT_MIS
-    const float v0 = rng_real(rng), v1 = rng_real(rng);
-    radiance += direct_bounce(s, f, v0, v1, rays);
+#define wants_bsdf_sample(f) true
+#else
+#define wants_bsdf_sample(f) is_glossy(f)
 #endif
-    return radiance;
+
+// One vertex of a path, the indirect light of whose diffuse part is known from elsewhere: adds its direct light to *sum;
+// true if its glossy part goes on.
+IR_FN bool known_vertex(const SceneData* s, PathState* path, const bool roulette, Rng* rng, RayCount* rays, real3* sum) {
+    const bool mis = wants_bsdf_sample(&path->surface);
+    const float u0 = rng_real(rng), u1 = rng_real(rng);
+    *sum += path->throughput * next_event(s, &path->surface, u0, u1, mis, rays);
+    return mis && path_bounce(s, path, true, roulette, rng, rays, sum);
 }
 
-// Reflected radiance per unit albedo at surfaces[i], i < count, by the light samples of random numbers u[i], v[i] and
-// BSDF samples of the random numbers (seed, stream, indices[i]).
-IR_FN void direct_tile(const SceneData* s, const Surface* surfaces, uint count, const float* u, const float* v,
-                       uint seed, uint stream, const uint* indices, real3* radiance, RayCount* rays) {
+// The same for paths[i], i < count, whose light samples take random numbers u[i], v[i] and whose BSDF samples the random
+// numbers (seed, stream, indices[i]). direct[i]: the direct light; bit i of the result: its glossy part goes on.
+IR_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, const float* u, const float* v, uint seed,
+                       uint stream, const uint* indices, real3* direct, RayCount* rays) {
     float ox[IR_TILE], oy[IR_TILE], oz[IR_TILE], dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], t_max[IR_TILE];
-    uint lane[IR_TILE], used = 0u, occluded = 0u;
+    uint lane[IR_TILE], used = 0u, on = 0u;
     for (uint i = 0; i < count; ++i) {
-        const Surface f = surfaces[i];
-        const LightSample l = sample_light(s, f.p, f.ns, u[i], v[i]);
-        radiance[i] = light_sample_radiance(&f, &l, IR_DIRECT_MIS);
-        if (is_zero(radiance[i])) continue;
-        const real3 origin = leave_surface(&f, l.direction);
+        const Surface* f = &paths[i].surface;
+        const LightSample l = sample_light(s, f->p, f->ns, u[i], v[i]);
+        direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, wants_bsdf_sample(f));
+        if (is_zero(direct[i])) continue;
+        const real3 origin = leave_surface(f, l.direction);
         ox[used] = origin.x;
         oy[used] = origin.y;
         oz[used] = origin.z;
         dx[used] = l.direction.x;
         dy[used] = l.direction.y;
         dz[used] = l.direction.z;
-        t_max[used] = shadow_distance(&f, &l);
+        t_max[used] = shadow_distance(f, &l);
         lane[used++] = i;
     }
     rays->shadow += used;
+#if IR_FEATURES & IR_FEATURE_MASKS
+    for (uint i = 0; i < used; ++i)
+        direct[lane[i]] = direct[lane[i]] * trace_transmittance(s, make_real3(ox[i], oy[i], oz[i]),
+                                                                make_real3(dx[i], dy[i], dz[i]), 0.0f, t_max[i]);
+#else
+    uint occluded = 0u;
     if (used > 0u) trace_tile_occluded(s, ox, oy, oz, dx, dy, dz, used, 0.0f, t_max, &occluded);
     for (uint i = 0; i < used; ++i)
-        if ((occluded >> i) & 1u) radiance[lane[i]] = make_real3(0.0f, 0.0f, 0.0f);
-#if IR_DIRECT_MIS
-    for (uint i = 0; i < count; ++i) {
-        Rng rng = rng_make(seed ^ 0x6469726du, stream, indices[i]);
-        const float v0 = rng_real(&rng), v1 = rng_real(&rng);
-        radiance[i] += direct_bounce(s, &surfaces[i], v0, v1, rays);
-    }
+        if ((occluded >> i) & 1u) direct[lane[i]] = black();
 #endif
+    for (uint i = 0; i < count; ++i) {
+        if (!wants_bsdf_sample(&paths[i].surface)) continue;
+        Rng rng = rng_make(seed ^ 0x6469726du, stream, indices[i]);
+        if (path_bounce(s, &paths[i], true, false, &rng, rays, &direct[i])) on |= 1u << i;
+    }
+    return on;
 }
 #endif

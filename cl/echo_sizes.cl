@@ -66,12 +66,12 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = (uint)sizeof(RecordKey);
     sizes[n++] = IR_OFFSET(RecordKey, support1);
     sizes[n++] = IR_OFFSET(RecordKey, support2);
-    sizes[n++] = IR_OFFSET(RecordKey, harmonic);
+    sizes[n++] = IR_OFFSET(RecordKey, coat);
     sizes[n++] = (uint)sizeof(RecordValue);
     sizes[n++] = IR_OFFSET(RecordValue, rotation);
     sizes[n++] = IR_OFFSET(RecordValue, translation);
     sizes[n++] = IR_OFFSET(RecordValue, minimum);
-    sizes[n++] = IR_OFFSET(RecordValue, samples);
+    sizes[n++] = IR_OFFSET(RecordValue, harmonic);
     sizes[n++] = (uint)sizeof(OctreeState);
     sizes[n++] = IR_OFFSET(OctreeState, overflow);
     sizes[n++] = IR_OFFSET(OctreeState, depth);

@@ -10,39 +10,54 @@
 #define IR_GRID_VERTICES 8  // vertices of a path that leave an estimate; beyond them it goes on unseen
 
 typedef struct GridVertex {
-    real3 p, n, albedo;
-    real3 direct;     // reflected direct radiance per unit albedo
-    float survival;   // probability with which the path went on from here
+    real3 p, n, weight;  // weight: of the radiance that comes from behind the vertex in what leaves it
+    real3 direct;        // direct light that leaves it
+    float cosine;        // its irradiance is that radiance times this; < 0: it wants none
 } GridVertex;
 
 // Traces a path from surface f; returns the number of its vertices. *tail: radiance that the surface behind the last
 // vertex reflects to it.
-IR_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* path, real3* tail, RayCount* rays) {
-    *tail = make_real3(0.0f, 0.0f, 0.0f);
-    for (uint k = 0; reflects(&f); ++k) {
+IR_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* vertices, real3* tail, RayCount* rays) {
+    *tail = black();
+    PathState path = path_from(f, 0.0f);
+    for (uint k = 0; reflects(&path.surface); ++k) {
         if (k == IR_GRID_VERTICES) {
-            reflected_radiance(s, f, 0xffffffffu, rng, rays, tail, tail);
+            reflected_radiance(s, path.surface, 0xffffffffu, rng, rays, tail, tail);
             return k;
         }
-        const float u0 = rng_real(rng), u1 = rng_real(rng), v0 = rng_real(rng), v1 = rng_real(rng);
-        GridVertex* v = &path[k];
+        f = path.surface;
+        GridVertex* v = &vertices[k];
         v->p = f.p;
         v->n = f.ns;
-        v->albedo = f.albedo;
-        v->direct = next_event(s, &f, u0, u1, true, rays);
-        v->survival = 1.0f;
-        const Bounce b = bounce_from(s, &f, v0, v1, rays);
+        v->direct = v->weight = black();
+        v->cosine = is_diffuse(&f) ? 0.0f : -1.0f;
+        if (!is_specular(&f)) {
+            const float u0 = rng_real(rng), u1 = rng_real(rng);
+            v->direct = next_event(s, &f, u0, u1, true, rays);
+        }
+        Bounce b;
+        if (!bounce_sample(s, &f, rng, &b)) return k + 1u;
+        v->weight = b.sample.diffuse + b.sample.glossy;
+        const float c = dot(b.sample.direction, f.ns);
+        if (is_diffuse(&f) && b.sample.density > 0.0f && c > 0.0f) v->cosine = c / b.sample.density;
+        if (k >= 2u) {  // roulette by what the vertex reflects
+            const float survive = min(max(largest_channel(v->weight) * b.sample.eta * b.sample.eta, 0.05f), 0.95f);
+            if (rng_real(rng) >= survive) {
+                v->weight = black();
+                v->cosine = min(v->cosine, 0.0f);
+                return k + 1u;
+            }
+            v->weight = v->weight * (1.0f / survive);
+            v->cosine *= 1.0f / survive;
+        }
+        bounce_trace(s, &f, rng, rays, &b);
         if (b.hit.primitive == IR_NO_PRIMITIVE) {
-            v->direct += bounce_sky(s);
+            v->direct += v->weight * bounce_sky(s, &f, &b);
             return k + 1u;
         }
-        f = surface_at(s, b.origin, b.direction, &b.hit);
-        v->direct += bounce_emission(s, v->p, &b, &f);
-        if (k >= 2u) {  // roulette by the albedo of what was hit: its direct light was not looked for yet
-            v->survival = min(max(largest_channel(f.albedo), 0.05f), 0.95f);
-            if (rng_real(rng) >= v->survival) return k + 1u;
-        }
-        if (!reflects(&f)) return k + 1u;
+        path = path_from(surface_at(s, b.origin, b.sample.direction, &b.hit), b.hit.t);
+        v->direct += v->weight * bounce_emission(s, &f, &b, &path.surface);
+        if (!reflects(&path.surface)) return k + 1u;
     }
     return 0u;
 }
@@ -59,20 +74,19 @@ IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridPara
     const float fx = (float)(pixel % info->width) + rng_real(&rng), fy = (float)(pixel / info->width) + rng_real(&rng);
     const CameraRay ray = camera_ray_at(info, fx, fy);
     const real3 origin = camera_origin(info);
-    const Hit hit = trace_closest(&s, origin, ray.direction, ray.t_min, ray.t_max);
+    const Hit hit = trace_visible(&s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], 1u);
     if (hit.primitive == IR_NO_PRIMITIVE) return;
     const Surface f = surface_at(&s, origin, ray.direction, &hit);
     GridVertex path[IR_GRID_VERTICES];
-    real3 arrives;  // at vertex k from what lies behind it: irradiance by indirect light is pi times it
+    real3 arrives;  // at vertex k from what lies behind it
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     const uint count = grid_path(&s, f, &rng, path, &arrives, &rays);
     for (uint k = count; k-- > 0u;) {
         const GridVertex v = path[k];
-        arrives = arrives * (1.0f / v.survival);
-        grid_deposit(&grid, sums, v.p, v.n, arrives * IR_PI, overflow);
-        arrives = v.albedo * (v.direct + arrives);
+        if (v.cosine >= 0.0f) grid_deposit(&grid, sums, v.p, v.n, arrives * v.cosine, overflow);
+        arrives = v.direct + v.weight * arrives;
     }
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);

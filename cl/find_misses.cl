@@ -2,6 +2,7 @@
 // suffice it writes the point that wants one. The host gathers the marked points into the record stack, in block order.
 #include "camera.h"
 #include "cache.h"
+#include "path.h"
 #include "shading_point.h"
 
 IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL ShadingPoint* points, uint x_in_block,
@@ -15,9 +16,24 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL ShadingPoint*
     if (x >= info->width || y >= info->height) return;
     const CameraRay ray = camera_ray_at(info, (float)x + 0.5f, (float)y + 0.5f);
     const real3 origin = camera_origin(info);
-    const Hit hit = trace_closest(&s, origin, ray.direction, ray.t_min, ray.t_max);
+    const uint pixel = y * info->width + x;
+    Rng rng = rng_make(0x6d697373u, pixel, 0u);
+    const Hit hit = trace_visible(&s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
     if (hit.primitive == IR_NO_PRIMITIVE) return;
-    const Surface f = surface_at(&s, origin, ray.direction, &hit);
-    if (!reflects(&f) || cache_covers(&cache, f.p, f.ns)) return;
-    points[block] = make_shading_point(info, &f, ray.direction, hit.t, y * info->width + x);
+    PathState path = path_from(surface_at(&s, origin, ray.direction, &hit), hit.t);
+    float depth = view_depth(info, ray.direction, hit.t);
+    real3 direction = ray.direction;
+#if IR_FEATURES & IR_FEATURE_BSDFS
+    RayCount rays;
+    rays.bounce = rays.shadow = 0u;
+    uint used;
+    float length;
+    real3 unused = black();
+    if (!follow_specular(&s, &path, 0xffffffffu, &used, &length, &rng, &rays, &unused)) return;
+    depth *= length / hit.t;
+    direction = -path.surface.view;
+#endif
+    const Surface* f = &path.surface;
+    if (!is_diffuse(f) || cache_covers(&cache, f->p, f->ns, coat_of(f))) return;
+    points[block] = make_shading_point(info, f, direction, depth, pixel);
 }

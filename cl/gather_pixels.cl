@@ -16,13 +16,15 @@ IR_KERNEL void gather_points(IR_SCENE_ARGS, IR_GLOBAL float* film, IR_GLOBAL Sha
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     TileSample samples[IR_TILE];
-    Hit hits[IR_TILE];
-    shade_tile(&s, pixel, sample, 1u, edges, seed, &sum, samples, hits, &rays);
+    Grid grid;
+    grid.parameters = 0;
+    grid.cells = 0;
+    shade_tile(&s, &grid, pixel, sample, 1u, edges, seed, &sum, samples, &rays);
     pixel_store(&sum, film, slot);
-    const real3 albedo = samples[0].albedo;
+    const real3 albedo = samples[0].weight;
     points[slot].state = IR_POINT_NONE;
     if (edges >= 2u && !is_zero(albedo)) {
-        points[slot] = sample_point(&s, pixel, sample, &hits[0], seed);
+        points[slot] = sample_point(&s, &samples[0], pixel);
         albedos[3u * slot] = albedo.x;
         albedos[3u * slot + 1u] = albedo.y;
         albedos[3u * slot + 2u] = albedo.z;

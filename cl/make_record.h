@@ -69,7 +69,7 @@ IR_FN void make_channel(IR_GLOBAL RecordValue* v, uint channel, float e, real3 r
     v->translation[3u * channel + 2u] = translation.z;
 }
 
-IR_FN void make_record(const ShadingPoint* q, const HemisphereSums* sums, RecordParameters parameters,
+IR_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereSums* sums, RecordParameters parameters,
                        IR_GLOBAL RecordKey* key, IR_GLOBAL RecordValue* value) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const float scale = IR_PI / (float)(IR_M * IR_N);
@@ -135,12 +135,12 @@ IR_FN void make_record(const ShadingPoint* q, const HemisphereSums* sums, Record
     key->t2x = t2.x;
     key->t2y = t2.y;
     key->t2z = t2.z;
-    key->harmonic = harmonic;
+    key->coat = coat;
     make_channel(value, 0u, e.x, grad_r, move_r, support.r2);
     make_channel(value, 1u, e.y, grad_g, move_g, support.r2);
     make_channel(value, 2u, e.z, grad_b, move_b, support.r2);
     value->minimum = sums->min_distance;
     value->pixel = q->pixel;
-    value->samples = IR_M * IR_N;
+    value->harmonic = harmonic;
 }
 #endif

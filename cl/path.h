@@ -3,8 +3,9 @@
 // starts after IR_ROULETTE_START bounces (theory 8: earlier doubles the variance) and divides by its probability.
 #ifndef IR_PATH_H
 #define IR_PATH_H
+#include "bsdf.h"
 #include "light.h"
-#include "random.h"
+#include "visibility.h"
 
 #ifndef IR_ROULETTE_START
 #define IR_ROULETTE_START 4u
@@ -17,30 +18,24 @@ typedef struct RayCount {
 
 // Radiance that a surface emits towards the viewer.
 IR_FN real3 emitted_radiance(const SceneData* s, const Surface* f) {
-    if (!f->emits) return make_real3(0.0f, 0.0f, 0.0f);
-    const IR_GLOBAL Light* light = &s->lights[f->light];
-    return make_real3(light->r, light->g, light->b);
-}
-
-// Radiance of the sky (constant environment).
-IR_FN real3 sky_radiance(const SceneData* s) {
-#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
-    if (s->info->environment_light != IR_NO_LIGHT) {
-        const IR_GLOBAL Light* sky = &s->lights[s->info->environment_light];
-        return make_real3(sky->r, sky->g, sky->b);
-    }
+    if (!f->emits) return black();
+#if IR_FEATURES & IR_FEATURE_TEXTURES
+    return area_light_radiance(s, (uint)f->light, f->u, f->v);
+#else
+    return area_light_radiance(s, (uint)f->light, 0.0f, 0.0f);
 #endif
-    return make_real3(0.0f, 0.0f, 0.0f);
 }
 
-// ---- one vertex: all radiances here are reflected ones per unit albedo -------------------------------------------
+// ---- one vertex --------------------------------------------------------------------------------------------------
 
-// What a light sample adds at `f` if nothing is in its way; 0 on the wrong side. `mis`: weighed against the BSDF sample
-// that may find the same light.
-IR_FN real3 light_sample_radiance(const Surface* f, const LightSample* l, const bool mis) {
-    const float bsdf = dot(l->direction, f->ns) * IR_INV_PI;  // the BSDF times the cosine, and its density
-    if (!l->valid || !(bsdf > 0.0f)) return make_real3(0.0f, 0.0f, 0.0f);
-    return l->radiance * (mis && l->density > 0.0f ? bsdf * l->density / (l->density + bsdf) : bsdf);
+// What a light sample adds to the radiance reflected at `f` if nothing is in its way. `mis`: weighed against the BSDF
+// sample that may find the same light.
+IR_FN real3 light_sample_radiance(const SceneData* s, const Surface* f, const LightSample* l, const bool mis) {
+    if (!l->valid) return black();
+    const BsdfValue v = bsdf_evaluate(s, f, l->direction);
+    if (!(v.density > 0.0f)) return black();
+    const real3 radiance = l->radiance * (v.diffuse + v.glossy);
+    return mis && l->density > 0.0f ? radiance * (l->density / (l->density + v.density)) : radiance;
 }
 
 // Where shadow rays from `f` end: a little before the light. They start (leave_surface) nearer to it than the surface,
@@ -52,45 +47,57 @@ IR_FN float shadow_distance(const Surface* f, const LightSample* l) {
 // Next-event estimation at `f` by random numbers u0, u1.
 IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
     const LightSample l = sample_light(s, f->p, f->ns, u0, u1);
-    const real3 radiance = light_sample_radiance(f, &l, mis);
+    const real3 radiance = light_sample_radiance(s, f, &l, mis);
     if (is_zero(radiance)) return radiance;
     ++rays->shadow;
-    const bool occluded = trace_occluded(s, leave_surface(f, l.direction), l.direction, 0.0f, shadow_distance(f, &l));
-    return occluded ? make_real3(0.0f, 0.0f, 0.0f) : radiance;
+    return radiance *
+           trace_transmittance(s, leave_surface(f, l.direction), l.direction, 0.0f, shadow_distance(f, &l));
 }
 
-// A BSDF sample: a direction drawn in proportion to the cosine, and what lies there.
+// Where a BSDF sample leads.
 typedef struct Bounce {
-    real3 origin, direction;
-    float density;  // sr⁻¹
+    real3 origin;
+    BsdfSample sample;
     Hit hit;
 } Bounce;
 
-IR_FN Bounce bounce_from(const SceneData* s, const Surface* f, float v0, float v1, RayCount* rays) {
-    Bounce b;
-    const real3 in_frame = cosine_direction(v0, v1);
-    b.direction = to_world(make_frame(f->ns), in_frame);
-    b.density = in_frame.z * IR_INV_PI;
-    b.origin = leave_surface(f, b.direction);
-    b.hit = trace_closest(s, b.origin, b.direction, 0.0f, IR_INFINITY);
-    ++rays->bounce;
-    return b;
-}
-
-// What a bounce adds that met nothing: the sky, weighed against light samples of it (both densities are cosines).
-IR_FN real3 bounce_sky(const SceneData* s) {
-#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
-    if (s->info->environment_light != IR_NO_LIGHT)
-        return sky_radiance(s) * (1.0f / (1.0f + s->lights[s->info->environment_light].probability));
+// Draws a direction at f by the BSDF; false: absorbed.
+IR_FN bool bounce_sample(const SceneData* s, const Surface* f, Rng* rng, Bounce* b) {
+#if IR_FEATURES & IR_FEATURE_BSDFS
+    const float u0 = rng_real(rng);
+#else
+    const float u0 = 0.0f;
 #endif
-    return make_real3(0.0f, 0.0f, 0.0f);
+    const float u1 = rng_real(rng), u2 = rng_real(rng);
+    return bsdf_sample(s, f, u0, u1, u2, &b->sample);
 }
 
-// What a bounce from point `from` adds that met surface g: what g emits, weighed against the light samples at `from`.
-IR_FN real3 bounce_emission(const SceneData* s, real3 from, const Bounce* b, const Surface* g) {
-    if (!g->emits) return make_real3(0.0f, 0.0f, 0.0f);
-    const float density = light_density(s, (uint)g->light, from, fabs(dot(g->ng, b->direction)), b->hit.t);
-    return emitted_radiance(s, g) * (b->density / (b->density + density));
+// Finds what lies in that direction.
+IR_FN void bounce_trace(const SceneData* s, const Surface* f, Rng* rng, RayCount* rays, Bounce* b) {
+    b->origin = leave_surface(f, b->sample.direction);
+    b->hit = trace_visible(s, b->origin, b->sample.direction, 0.0f, IR_INFINITY, rng);
+    ++rays->bounce;
+}
+
+// What a bounce from f that met nothing brings: the sky, weighed against light samples of it at f.
+IR_FN real3 bounce_sky(const SceneData* s, const Surface* f, const Bounce* b) {
+#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
+    const real3 sky = environment_radiance(s, b->sample.direction);
+    if (!(b->sample.density > 0.0f)) return sky;
+    return sky * (b->sample.density / (b->sample.density + environment_density(s, b->sample.direction, f->ns)));
+#else
+    return black();
+#endif
+}
+
+// What a bounce from f that met surface g brings: what g emits, weighed against light samples at f.
+IR_FN real3 bounce_emission(const SceneData* s, const Surface* f, const Bounce* b, const Surface* g) {
+    if (!g->emits) return black();
+    const real3 radiance = emitted_radiance(s, g);
+    if (!(b->sample.density > 0.0f)) return radiance;
+    const float density =
+        light_density(s, (uint)g->light, f->p, fabs(dot(g->ng, b->sample.direction)), b->hit.t);
+    return radiance * (b->sample.density / (b->sample.density + density));
 }
 
 // ---- the path ----------------------------------------------------------------------------------------------------
@@ -99,53 +106,94 @@ typedef struct PathState {
     Surface surface;   // where the path is now
     float distance;    // length of the ray that came here
     real3 throughput;  // of everything behind it
+    float eta2;        // by which refractions on the way have scaled it: not an absorption, roulette leaves it out
 } PathState;
-
-// Everything at one vertex: adds the direct light reflected there to *sum and moves on to the next surface; false if the
-// path ends.
-IR_FN bool path_vertex(const SceneData* s, PathState* path, const bool roulette, Rng* rng, RayCount* rays, real3* sum) {
-    Surface f = path->surface;
-    if (!reflects(&f)) return false;
-    real3 throughput = path->throughput * f.albedo;
-    const float u0 = rng_real(rng), u1 = rng_real(rng), v0 = rng_real(rng), v1 = rng_real(rng);
-    *sum += throughput * next_event(s, &f, u0, u1, true, rays);
-    if (roulette) {
-        const float survive = min(largest_channel(throughput), 0.95f);
-        if (rng_real(rng) >= survive) return false;
-        throughput = throughput * (1.0f / survive);
-    }
-    const Bounce b = bounce_from(s, &f, v0, v1, rays);
-    if (b.hit.primitive == IR_NO_PRIMITIVE) {
-        *sum += throughput * bounce_sky(s);
-        return false;
-    }
-    const Surface next = surface_at(s, b.origin, b.direction, &b.hit);
-    *sum += throughput * bounce_emission(s, f.p, &b, &next);
-    path->surface = next;
-    path->distance = b.hit.t;
-    path->throughput = throughput;
-    return true;
-}
 
 IR_FN PathState path_from(Surface f, float distance) {
     PathState path;
     path.surface = f;
     path.distance = distance;
     path.throughput = make_real3(1.0f, 1.0f, 1.0f);
+    path.eta2 = 1.0f;
     return path;
 }
 
-// Radiance that leaves `f` towards the viewer by reflection: light that arrives at f directly goes to *direct, light
-// that arrives after further bounces to *indirect (either may be the same variable's address). `edges` = path edges
-// still allowed beyond the viewing ray: 1 = direct light, 2 = one bounce, ...; 0xffffffff = no limit.
+// The BSDF's sample at a vertex: adds the light that it happens to find to *sum and moves on; false if the path ends.
+// `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
+// `roulette`: the path may end by chance, more likely the less it still carries.
+IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
+                       RayCount* rays, real3* sum) {
+    Bounce b;
+    if (!bounce_sample(s, &path->surface, rng, &b)) return false;
+    const real3 all = path->throughput * (b.sample.diffuse + b.sample.glossy);
+    const float survive = roulette ? min(largest_channel(all) * path->eta2, 0.95f) : 1.0f;
+    if (roulette && rng_real(rng) >= survive) return false;
+    bounce_trace(s, &path->surface, rng, rays, &b);
+    const float scale = 1.0f / survive;
+    if (b.hit.primitive == IR_NO_PRIMITIVE) {
+        *sum += all * bounce_sky(s, &path->surface, &b) * scale;
+        return false;
+    }
+    const Surface next = surface_at(s, b.origin, b.sample.direction, &b.hit);
+    *sum += all * bounce_emission(s, &path->surface, &b, &next) * scale;
+    const real3 glossy = path->throughput * b.sample.glossy * scale;
+    path->throughput = all * scale;
+    if (known) {  // the ray goes on with the probability that it came by the glossy part
+        const float share = min(largest_channel(glossy) / max(largest_channel(path->throughput), 1e-30f), 1.0f);
+        if (!(rng_real(rng) < share)) return false;
+        path->throughput = glossy * (1.0f / share);
+    }
+    path->eta2 *= b.sample.eta * b.sample.eta;
+    path->surface = next;
+    path->distance = b.hit.t;
+    return true;
+}
+
+// Everything at one vertex: adds the direct light reflected there to *sum and moves on to the next surface; false if the
+// path ends. `roulette`: it may end by chance.
+IR_FN bool path_vertex(const SceneData* s, PathState* path, const bool roulette, Rng* rng, RayCount* rays, real3* sum) {
+    if (!reflects(&path->surface)) return false;
+    if (!is_specular(&path->surface)) {
+        const float u0 = rng_real(rng), u1 = rng_real(rng);
+        *sum += path->throughput * next_event(s, &path->surface, u0, u1, true, rays);
+    }
+    return path_bounce(s, path, false, roulette, rng, rays, sum);
+}
+
+// Follows a path through mirrors and glass to a surface that is neither, at most `edges` of them (and IR_SPECULAR_CHAIN):
+// *used tells how many, *length how long their way is. Adds what they show of lights to *sum; false if the path ends.
+#define IR_SPECULAR_CHAIN 12u
+IR_FN bool follow_specular(const SceneData* s, PathState* path, uint edges, uint* used, float* length, Rng* rng,
+                           RayCount* rays, real3* sum) {
+    *used = 0u;
+    *length = path->distance;
+    while (is_specular(&path->surface) && *used < min(edges, IR_SPECULAR_CHAIN)) {
+        if (!path_bounce(s, path, false, false, rng, rays, sum)) return false;
+        *length += path->distance;
+        ++*used;
+    }
+    return true;
+}
+
+// Path edges left of `edges` after `used` of them; 0xffffffff stays no limit.
+IR_FN uint edges_left(uint edges, uint used) {
+    return edges == 0xffffffffu ? edges : edges - min(edges, used);
+}
+
+// Radiance that leaves `f` towards the viewer by reflection: light that arrives directly, at f or at the first surface
+// behind mirrors and glass, goes to *direct, light that arrives after further bounces to *indirect (either may be the
+// same variable's address). `edges` = path edges still allowed beyond the viewing ray: 1 = direct light, 2 = one bounce,
+// ...; 0xffffffff = no limit.
 IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rng, RayCount* rays, real3* direct,
                               real3* indirect) {
     PathState path = path_from(f, 0.0f);
-    real3 first = make_real3(0.0f, 0.0f, 0.0f), later = first;
-    if (edges == 0u) return;
-    if (path_vertex(s, &path, false, rng, rays, &first))
-        for (uint bounce = 1; bounce < edges; ++bounce)
-            if (!path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, &later)) break;
+    real3 first = black(), later = first;
+    bool straight = true;  // nothing but mirrors and glass so far
+    for (uint bounce = 0; bounce < edges; ++bounce) {
+        real3* sum = straight ? &first : &later;
+        if (!is_specular(&path.surface)) straight = false;
+        if (!path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, sum)) break;
+    }
     *direct += first;
     *indirect += later;
 }

@@ -6,11 +6,9 @@
 //   3. One work-item makes the record.
 // Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT, IR_GRID,
 // IR_DIRECT_MIS, IR_GLOBAL_CELLS (the cells of a group lie in global memory: local memory is too small for them).
-#include "direct.h"
 #include "film.h"
-#include "irradiance_grid.h"
+#include "indirect.h"
 #include "make_record.h"
-#include "path.h"
 #include "shading_point.h"
 
 #define IR_CELLS (IR_M * IR_N)
@@ -56,64 +54,60 @@ IR_FN void cell_light_numbers(uint cell, uint seed, uint record, Rng* rng, float
     *v = min(((float)(stratum & 3u) + rng_real(rng)) * 0.25f, 0.99999994f);
 }
 
-// Light that surface f reflects to the ray of length `distance` that hit it: path traced, until the grid answers.
-IR_FN real3 path_radiance(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells, Surface f,
-                          float distance, uint edges, Rng* rng, RayCount* rays) {
-    real3 sum = make_real3(0.0f, 0.0f, 0.0f);
-#if IR_GRID
-    PathState path = path_from(f, distance);
-    for (uint bounce = 0; path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, &sum); ++bounce) {
-        real3 irradiance;
-        f = path.surface;
-        if (!reflects(&f) || !grid_lookup(grid, grid_cells, f.p, f.ns, path.distance, rng, &irradiance)) continue;
-        const real3 arrives = direct_radiance(s, &f, rng, rays) + irradiance * IR_INV_PI;
-        return sum + path.throughput * f.albedo * arrives;
-    }
-#else
-    reflected_radiance(s, f, edges, rng, rays, &sum, &sum);
-#endif
-    return sum;
-}
-
 // Light that the surfaces hit by a tile's rays reflect back along them; hits that the grid answers share one packet of
 // shadow rays.
-IR_FN void tile_radiance(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
-                         const Surface* surfaces, const Hit* hits, uint tile, uint count, uint record, uint edges,
-                         uint seed, real3* radiance, RayCount* rays) {
-    Surface answered[IR_TILE];
+IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
+                         uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
+    PathState answered[IR_TILE];
     float u[IR_TILE], v[IR_TILE];
     uint from[IR_TILE], indices[IR_TILE], answers = 0u;
     for (uint i = 0; i < count; ++i) {
-        radiance[i] = make_real3(0.0f, 0.0f, 0.0f);
+        radiance[i] = black();
         if (hits[i].primitive == IR_NO_PRIMITIVE || !reflects(&surfaces[i])) continue;
         const uint cell = tile_cell(tile, i);
         Rng rng = rng_make(seed ^ 0x68656d69u, record, cell);
+        const PathState path = path_from(surfaces[i], hits[i].t);
 #if IR_GRID  // the first look-up of path_radiance, so that its direct light shares a packet
-        real3 irradiance;
-        if (grid_lookup(grid, grid_cells, surfaces[i].p, surfaces[i].ns, hits[i].t, &rng, &irradiance)) {
-            radiance[i] = irradiance * IR_INV_PI;
+        if (grid_radiance(s, grid, &path.surface, path.distance, &rng, &radiance[i])) {
             cell_light_numbers(cell, seed, record, &rng, &u[answers], &v[answers]);
-            answered[answers] = surfaces[i];
+            answered[answers] = path;
             indices[answers] = cell;
             from[answers++] = i;
             continue;
         }
 #endif
         // What the hit emits itself is direct light at the record, which is computed elsewhere.
-        radiance[i] = path_radiance(s, grid, grid_cells, surfaces[i], hits[i].t, edges, &rng, rays);
+        radiance[i] = path_radiance(s, grid, path, edges, false, &rng, rays);
     }
 #if IR_GRID
     real3 direct[IR_TILE];
-    direct_tile(s, answered, answers, u, v, seed, record, indices, direct, rays);
-    for (uint i = 0; i < answers; ++i)
-        radiance[from[i]] = surfaces[from[i]].albedo * (radiance[from[i]] + direct[i]);
+    const uint on = direct_tile(s, answered, answers, u, v, seed, record, indices, direct, rays);
+    for (uint i = 0; i < answers; ++i) {
+        radiance[from[i]] += direct[i];
+        if (!((on >> i) & 1u)) continue;
+        Rng rng = rng_make(seed ^ 0x676c6f73u, record, indices[i]);
+        radiance[from[i]] += path_radiance(s, grid, answered[i], edges, true, &rng, rays);
+    }
 #endif
 }
 
+// How much of the light from w counts at q: what the coat lets through, and a bump map hides. 1 on most surfaces.
+IR_FN float arriving_share(const SceneData* s, const ShadingPoint* q, real3 w, float cosine) {
+    float share = 1.0f;
+#if IR_FEATURES & IR_FEATURE_BUMPS
+    if (q->state & IR_POINT_BUMPED)
+        share = visibility_over_bump(make_real3(q->nx, q->ny, q->nz), make_real3(q->gx, q->gy, q->gz), w);
+#endif
+#if IR_FEATURES & IR_FEATURE_BSDFS
+    const uint coated = q->state >> 8;
+    if (coated != 0u) share *= coat_transmission(s, s->materials + (coated - 1u), cosine);
+#endif
+    return share;
+}
+
 // Traces one tile of strata from q and stores its cells.
-IR_INLINE_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR_GLOBAL const GridCell* grid_cells,
-                              const ShadingPoint* q, uint record, uint tile, uint edges, uint seed,
-                              IR_CELL_SPACE float* cells, RayCount* rays) {
+IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
+                              uint edges, uint seed, IR_CELL_SPACE float* cells, RayCount* rays) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const real3 g = make_real3(q->gx, q->gy, q->gz);
     const real3 p = make_real3(q->px + q->step_x, q->py + q->step_y, q->pz + q->step_z);
@@ -145,13 +139,19 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const GridParameters* grid, IR
             hits[i] = trace_closest(s, start, w, 0.0f, IR_INFINITY);
         }
 #endif
+#if IR_FEATURES & IR_FEATURE_MASKS
+        Rng rng = rng_make(seed ^ 0x6d61736bu, record, tile_cell(tile, i));
+        hits[i] = pass_masks(s, start, w, IR_INFINITY, hits[i], &rng);
+#endif
         if (hits[i].primitive != IR_NO_PRIMITIVE) surfaces[i] = surface_at(s, start, w, &hits[i]);
     }
-    tile_radiance(s, grid, grid_cells, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
+    tile_radiance(s, grid, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
     for (uint i = 0; i < count; ++i) {
         const uint cell = tile_cell(tile, i);
         const bool hit = hits[i].primitive != IR_NO_PRIMITIVE;
         const real3 normal = hit ? to_local(frame, surfaces[i].ng) : make_real3(0.0f, 0.0f, 1.0f);
+        const real3 w = make_real3(dx[i], dy[i], dz[i]);
+        radiance[i] = radiance[i] * arriving_share(s, q, w, max(dot(w, frame.n), 0.0f));
         cells[2 * IR_CELLS + cell] = hit ? hits[i].t : IR_INFINITY;
         cells[3 * IR_CELLS + cell] = normal.x;
         cells[4 * IR_CELLS + cell] = normal.y;
@@ -239,10 +239,13 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     // What its random numbers are a function of: the pixel, so that records elsewhere do not change them. (`salt` tells
     // records of one pixel apart.)
     const uint index = q.pixel ^ hash_uint(salt);
+    Grid view;
+    view.parameters = &grid;
+    view.cells = grid_cells;
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     for (uint tile = item; tile < IR_TILES; tile += IR_GROUP)
-        sample_tile(&s, &grid, grid_cells, &q, index, tile, edges, seed, IR_GROUP_CELLS, &rays);
+        sample_tile(&s, &view, &q, index, tile, edges, seed, IR_GROUP_CELLS, &rays);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
     if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);
@@ -258,6 +261,8 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     }
     if (item == 0u) {
         const HemisphereSums sums = load_sums(scratch);
-        make_record(&q, &sums, parameters, &record_keys[record], &record_values[record]);
+        const uint coated = q.state >> 8;
+        const uint coat = coated == 0u ? 0u : materials[coated - 1u].coat;
+        make_record(&q, coat, &sums, parameters, &record_keys[record], &record_values[record]);
     }
 }

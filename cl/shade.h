@@ -1,26 +1,35 @@
 // A tile of a pixel's samples: camera rays as one packet, direct light by next-event estimation on scrambled Sobol
 // points (dimensions 0, 1: film; 2, 3: light), so that a pixel's samples are stratified over its area and the light's.
+// Mirrors and glass are followed; glossy parts are path traced; what is left is diffuse and wants irradiance.
 #ifndef IR_SHADE_H
 #define IR_SHADE_H
 #include "camera.h"
-#include "direct.h"
 #include "film.h"
+#include "indirect.h"
 #include "shading_point.h"
 #include "sobol.h"
 
-// What remains to be done for a sample: its surface, waiting for irradiance.
+// What remains to be done for a sample: a surface that waits for irradiance.
 typedef struct TileSample {
-    real3 p, n, albedo;  // albedo 0: nothing to look up
+    Surface surface;
+    real3 weight;     // radiance is weight / pi times irradiance; 0: nothing to look up
+    real3 direction;  // of the ray that found the surface
+    float depth;      // of its image, along the view axis
+    bool behind;      // mirrors or glass are in between
 } TileSample;
 
-// Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
-// surfaces that want irradiance in `samples`, with all hits in `hits`. edges = max_depth - 1: 0 = emitters only, 1 = +
-// direct light.
-IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed, PixelSum* sum,
-                      TileSample* samples, Hit* hits, RayCount* rays) {
+IR_FN bool wants_lookup(const TileSample* t) { return !is_zero(t->weight); }
+
+// The sample's surface as a point that wants a record.
+IR_FN ShadingPoint sample_point(const SceneData* s, const TileSample* t, uint pixel) {
+    return make_shading_point(s->info, &t->surface, t->direction, t->depth, pixel);
+}
+
+// Camera rays of samples first .. first + count - 1, and the random numbers of their light samples.
+IR_FN CameraRay tile_rays(const SceneData* s, uint pixel, uint first, uint count, uint seed, float* dx, float* dy,
+                          float* dz, float* light_u, float* light_v) {
     const uint x = pixel % s->info->width, y = pixel / s->info->width;
     const uint pixel_seed = hash_uint(pixel ^ hash_uint(seed));
-    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], light_u[IR_TILE], light_v[IR_TILE];
     CameraRay ray;
     for (uint i = 0; i < count; ++i) {
         float u[4];
@@ -32,40 +41,71 @@ IR_FN void shade_tile(const SceneData* s, uint pixel, uint first, uint count, ui
         light_u[i] = u[2];
         light_v[i] = u[3];
     }
-    const real3 origin = camera_origin(s->info);
-    trace_tile(s, origin, dx, dy, dz, count, ray.t_min, hits);
-    Surface lit[IR_TILE];  // those that reflect, with their light samples' random numbers moved down beside them
-    uint indices[IR_TILE], lit_count = 0u;
-    for (uint i = 0; i < count; ++i) {
-        samples[i].albedo = make_real3(0.0f, 0.0f, 0.0f);
-        if (hits[i].primitive == IR_NO_PRIMITIVE || hits[i].t >= ray.t_max) {
-            pixel_add_miss(sum, sky_radiance(s));
-            continue;
-        }
-        const Surface f = surface_at(s, origin, make_real3(dx[i], dy[i], dz[i]), &hits[i]);
-        pixel_add(sum, &f, hits[i].t, emitted_radiance(s, &f), make_real3(0.0f, 0.0f, 0.0f));
-        if (!reflects(&f)) continue;
-        samples[i].p = f.p;
-        samples[i].n = f.ns;
-        samples[i].albedo = f.albedo;
-        lit[lit_count] = f;
-        light_u[lit_count] = light_u[i];
-        light_v[lit_count] = light_v[i];
-        indices[lit_count++] = first + i;
-    }
-    if (edges == 0u) return;
-    real3 direct[IR_TILE];
-    direct_tile(s, lit, lit_count, light_u, light_v, seed, pixel, indices, direct, rays);
-    for (uint i = 0; i < lit_count; ++i) sum->direct += lit[i].albedo * direct[i];
+    return ray;
 }
 
-// The surface that sample `index` of a pixel saw (`hit`, from shade_tile: a ray through an edge must not be asked
-// twice, since a packet and a single ray may answer with different triangles), as a point that wants a record.
-IR_FN ShadingPoint sample_point(const SceneData* s, uint pixel, uint index, const Hit* hit, uint seed) {
-    float u[4];
-    sobol4(index, hash_uint(pixel ^ hash_uint(seed)), u);
-    const CameraRay ray = camera_ray(s->info, pixel % s->info->width, pixel / s->info->width, u[0], u[1]);
-    const Surface f = surface_at(s, camera_origin(s->info), ray.direction, hit);
-    return make_shading_point(s->info, &f, ray.direction, hit->t, pixel);
+// From the first surface that a sample sees to the one that it shades: through mirrors and glass. false: there is none.
+IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState* path, uint edges, uint* used, Rng* rng,
+                                PixelSum* sum, TileSample* t, RayCount* rays) {
+    *used = 0u;
+#if IR_FEATURES & IR_FEATURE_BSDFS
+    const float first = path->distance;
+    float length;
+    if (!follow_specular(s, path, edges, used, &length, rng, rays, &sum->direct)) return false;
+    t->behind = *used > 0u;
+    if (t->behind) {
+        t->depth *= length / first;
+        t->direction = -path->surface.view;
+    }
+    if (is_specular(&path->surface)) {  // a hall of mirrors
+        sum->indirect += path_radiance(s, grid, *path, edges_left(edges, *used), true, rng, rays);
+        return false;
+    }
+#endif
+    return reflects(&path->surface);
+}
+
+// Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
+// surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
+IR_FN void shade_tile(const SceneData* s, const Grid* grid, uint pixel, uint first, uint count, uint edges, uint seed,
+                      PixelSum* sum, TileSample* samples, RayCount* rays) {
+    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], light_u[IR_TILE], light_v[IR_TILE];
+    Hit hits[IR_TILE];
+    PathState paths[IR_TILE];  // those that reflect, with their light samples' random numbers moved down beside them
+    uint indices[IR_TILE], used[IR_TILE], lit = 0u;
+    const CameraRay ray = tile_rays(s, pixel, first, count, seed, dx, dy, dz, light_u, light_v);
+    const real3 origin = camera_origin(s->info);
+    trace_tile(s, origin, dx, dy, dz, count, ray.t_min, hits);
+    for (uint i = 0; i < count; ++i) {
+        TileSample* t = &samples[i];
+        t->weight = black();
+        t->direction = make_real3(dx[i], dy[i], dz[i]);
+        t->behind = false;
+        Rng rng = rng_make(seed ^ 0x73686164u, pixel, first + i);
+        const Hit hit = pass_masks(s, origin, t->direction, ray.t_max, hits[i], &rng);
+        if (hit.primitive == IR_NO_PRIMITIVE || hit.t >= ray.t_max) {
+            pixel_add_miss(sum, environment_radiance(s, t->direction));
+            continue;
+        }
+        PathState path = path_from(surface_at(s, origin, t->direction, &hit), hit.t);
+        pixel_add(sum, &path.surface, hit.t, emitted_radiance(s, &path.surface), black());
+        t->depth = view_depth(s->info, t->direction, hit.t);
+        if (edges == 0u || !reach_shaded_surface(s, grid, &path, edges, &used[lit], &rng, sum, t, rays)) continue;
+        if (used[lit] == edges) continue;
+        t->surface = path.surface;
+        t->weight = path.throughput * path.surface.albedo;
+        paths[lit] = path;
+        light_u[lit] = light_u[i];
+        light_v[lit] = light_v[i];
+        indices[lit++] = first + i;
+    }
+    real3 direct[IR_TILE];
+    const uint on = direct_tile(s, paths, lit, light_u, light_v, seed, pixel, indices, direct, rays);
+    for (uint i = 0; i < lit; ++i) {
+        sum->direct += direct[i];
+        if (!((on >> i) & 1u)) continue;
+        Rng rng = rng_make(seed ^ 0x676c6f73u, pixel, indices[i]);
+        sum->indirect += path_radiance(s, grid, paths[i], edges_left(edges, used[i] + 1u), true, &rng, rays);
+    }
 }
 #endif

@@ -5,13 +5,19 @@
 #include "surface.h"
 
 // Edge of a pixel on the surface: its size at that depth, over the root of the cosine (the projected area is 1 / cos),
-// which is kept above .1 so that grazing surfaces do not get huge records.
-IR_FN float pixel_footprint(const IR_GLOBAL SceneInfo* info, real3 direction, float t, real3 ng) {
-    const real3 forward = make_real3(info->camera.forwardx, info->camera.forwardy, info->camera.forwardz);
-    return t * dot(direction, forward) * info->camera.pixel_size * rsqrt(max(fabs(dot(direction, ng)), 0.1f));
+// which is kept above .1 so that grazing surfaces do not get huge records. `depth`: along the view axis; behind mirrors
+// and glass that of the image, as long as they are flat.
+IR_FN float pixel_footprint(const IR_GLOBAL SceneInfo* info, real3 direction, float depth, real3 ng) {
+    return depth * info->camera.pixel_size * rsqrt(max(fabs(dot(direction, ng)), 0.1f));
 }
 
-IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float t,
+// View depth of a camera ray's point at distance t.
+IR_FN float view_depth(const IR_GLOBAL SceneInfo* info, real3 direction, float t) {
+    return t * dot(direction, make_real3(info->camera.forwardx, info->camera.forwardy, info->camera.forwardz));
+}
+
+// Surface f, found by a ray of `direction`, as a point that wants a record.
+IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float depth,
                                       uint pixel) {
     ShadingPoint q;
     q.px = f->p.x;
@@ -21,10 +27,20 @@ IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Sur
     q.nx = f->ns.x;
     q.ny = f->ns.y;
     q.nz = f->ns.z;
-    q.footprint = pixel_footprint(info, direction, t, f->ng);
-    q.gx = f->ng.x;
-    q.gy = f->ng.y;
-    q.gz = f->ng.z;
+    q.footprint = pixel_footprint(info, direction, depth, f->ng);
+    real3 g = f->ng;
+#if IR_FEATURES & IR_FEATURE_BUMPS
+    if (f->bumped) {
+        g = f->base;
+        q.state |= IR_POINT_BUMPED;
+    }
+#endif
+#if IR_FEATURES & IR_FEATURE_BSDFS
+    if (coat_of(f) != 0u) q.state |= IR_POINT_COATED(f->material_index);
+#endif
+    q.gx = g.x;
+    q.gy = g.y;
+    q.gz = g.z;
     q.offset = f->error;
     q.pixel = pixel;
     // A point in the crease of two surfaces may by rounding lie behind the other one, and half of its hemisphere outside of

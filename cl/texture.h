@@ -22,6 +22,12 @@ IR_FN int wrap_coordinate(int i, int size, uint wrap) {
     return m < 0 ? m + size : m;
 }
 
+// Three floats at word `offset` of the texels.
+IR_FN real3 float_texel(const SceneData* s, uint offset) {
+    const IR_GLOBAL uint* c = s->texels + offset;
+    return make_real3(IR_AS_FLOAT(c[0]), IR_AS_FLOAT(c[1]), IR_AS_FLOAT(c[2]));
+}
+
 IR_FN real3 texel(const SceneData* s, const Texture* t, int x, int y) {
     const uint index = (uint)(wrap_coordinate(y, (int)t->height, t->wrap)) * t->width +
                        (uint)wrap_coordinate(x, (int)t->width, t->wrap);
@@ -47,6 +53,12 @@ IR_FN real3 texture_lookup(const SceneData* s, int index, float u, float v) {
     const real3 top = texel(s, &t, ix, iy) * (1.0f - ax) + texel(s, &t, ix + 1, iy) * ax;
     const real3 bottom = texel(s, &t, ix, iy + 1) * (1.0f - ax) + texel(s, &t, ix + 1, iy + 1) * ax;
     return top * (1.0f - ay) + bottom * ay;
+}
+
+// A texture as one number: its Rec. 709 luminance.
+IR_FN float texture_scalar(const SceneData* s, int index, float u, float v) {
+    const real3 c = texture_lookup(s, index, u, v);
+    return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }
 
 // Mitsuba's sphere: u = azimuth / 2 pi in the object frame, v = polar angle / pi.

@@ -23,15 +23,16 @@ IR_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint coun
     trace_tile(s, origin, dx, dy, dz, count, ray.t_min, hits);
     for (uint i = 0; i < count; ++i) {
         const real3 direction = make_real3(dx[i], dy[i], dz[i]);
-        if (hits[i].primitive == IR_NO_PRIMITIVE || hits[i].t >= ray.t_max) {
-            pixel_add_miss(sum, sky_radiance(s));
+        Rng rng = rng_make(seed, pixel, (first + i) ^ 0x80000000u);
+        const Hit hit = pass_masks(s, origin, direction, ray.t_max, hits[i], &rng);
+        if (hit.primitive == IR_NO_PRIMITIVE || hit.t >= ray.t_max) {
+            pixel_add_miss(sum, environment_radiance(s, direction));
             continue;
         }
-        Rng rng = rng_make(seed, pixel, (first + i) ^ 0x80000000u);
-        const Surface f = surface_at(s, origin, direction, &hits[i]);
+        const Surface f = surface_at(s, origin, direction, &hit);
         real3 direct = emitted_radiance(s, &f), indirect = make_real3(0.0f, 0.0f, 0.0f);
         reflected_radiance(s, f, edges, &rng, rays, &direct, &indirect);
-        pixel_add(sum, &f, hits[i].t, direct, indirect);
+        pixel_add(sum, &f, hit.t, direct, indirect);
     }
 }
 

@@ -41,7 +41,7 @@ void render_gather(Run& run, Film& film) {
             run.device.read(points, host_points.data(), count * sizeof(shared::ShadingPoint));
             std::vector<std::uint32_t> indices;
             for (std::uint32_t i = 0; i < count; ++i)
-                if (host_points[i].state == IR_POINT_MISS) indices.push_back(i);
+                if (host_points[i].state != IR_POINT_NONE) indices.push_back(i);
             if (!indices.empty()) {
                 run.device.write(stack, indices.data(), indices.size() * sizeof(std::uint32_t));
                 // Every (sample, pixel) draws its own numbers.

@@ -25,6 +25,7 @@ namespace {
 
 constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
+constexpr std::uint32_t record_rounds = 24;  // after so many, samples that still find no record are path traced
 constexpr double records_share = 0.5;  // of the progress bar
 
 CacheSettings cache_settings(const Run& run) {
@@ -109,7 +110,7 @@ private:
             run_.statistics.rays["camera"] += blocks;
             RecordStack stack;
             for (std::uint32_t b = 0; b < blocks; ++b)
-                if (host[b].state == IR_POINT_MISS) stack.indices.push_back(b);
+                if (host[b].state != IR_POINT_NONE) stack.indices.push_back(b);
             make_records(points, stack, 0);
             ++run_.statistics.iterations;
             run_.report("records", records_share * (it + 1) / iteration_count, cache_.size());
@@ -123,7 +124,7 @@ private:
     };
 
     // Adds all samples of `pixels` to the film.
-    Missed shade_pixels(const std::vector<std::uint32_t>& pixels) {
+    Missed shade_pixels(const std::vector<std::uint32_t>& pixels, bool requests) {
         Missed missed;
         Buffer film = run_.device.allocate(chunk_ * film_.channels() * sizeof(float));
         Buffer points = run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint));
@@ -137,8 +138,11 @@ private:
             std::vector<bool> seen(part.size(), false);
             for (std::uint32_t sample = 0; sample < run_.spp(); sample += samples_a_launch) {
                 const std::uint32_t samples = std::min(samples_a_launch, run_.spp() - sample);
-                Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines_);
-                cache_.bind(kernel, false)
+                std::map<std::string, std::string> defines = grid_.defines();
+                defines.insert(defines_.begin(), defines_.end());
+                Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
+                cache_.bind(kernel, false);
+                grid_.bind(kernel)
                     .arg(list)
                     .arg(film)
                     .arg(points)
@@ -147,13 +151,14 @@ private:
                     .arg(sample)
                     .arg(samples)
                     .arg(run_.edges_beyond_camera())
+                    .arg(requests ? 1u : 0u)
                     .arg(run_.seed())
                     .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
                 run_.device.read(film, sums.data(), part.size() * film_.channels() * sizeof(float));
                 film_.add(sums, part, samples);
                 run_.device.read(points, host.data(), part.size() * sizeof host[0]);
                 for (std::size_t i = 0; i < part.size(); ++i)
-                    if (host[i].state == IR_POINT_MISS && !seen[i]) {
+                    if (host[i].state != IR_POINT_NONE && !seen[i]) {
                         seen[i] = true;
                         missed.pixels.push_back(part[i]);
                         missed.points.push_back(host[i]);
@@ -175,7 +180,7 @@ private:
         std::iota(pixels.begin(), pixels.end(), 0u);
         std::set<std::tuple<std::uint32_t, float, float, float>> made;
         for (std::uint32_t round = 1; !pixels.empty(); ++round) {
-            const Missed missed = shade_pixels(pixels);
+            const Missed missed = shade_pixels(pixels, round < record_rounds);
             RecordStack stack;
             std::unordered_set<std::uint64_t> tiles;
             for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {

@@ -10,10 +10,12 @@ using uint = std::uint32_t;
 
 // A point that wants a record: what find_misses pushes and sample_hemispheres pops.
 #define IR_POINT_NONE 0u  // nothing to do: covered, or no surface there
-#define IR_POINT_MISS 1u  // a diffuse surface point without enough records
+#define IR_POINT_MISS 1u  // a surface point without enough records for its diffuse part
+#define IR_POINT_BUMPED 2u  // flag: a bump map turns n away from g, which then is the normal without the map
+#define IR_POINT_COATED(material) (((material) + 1u) << 8)  // flag: seen through the coat of this material
 typedef struct ShadingPoint {
     float px, py, pz;              // position on the surface
-    uint state;                    // IR_POINT_*
+    uint state;                    // IR_POINT_*, flags
     float nx, ny, nz;              // unit shading normal on the side that is seen
     float footprint;               // edge of a pixel projected onto the surface there, world units
     float gx, gy, gz;              // unit geometric normal on the same side
@@ -30,16 +32,16 @@ typedef struct RecordKey {
     float nx, ny, nz;     // unit normal of the sampled hemisphere
     float support2;       // along t2; >= support1 (equal: a disk)
     float t2x, t2y, t2z;  // unit tangent of weakest curvature
-    float harmonic;       // R of (1.14), world units, before any clamp (researchers re-use it)
+    uint coat;            // Material.coat of the surface: E counts what passes it; records of other coats do not apply
 } RecordKey;              // 48 bytes
 
 typedef struct RecordValue {
-    float e[3];            // irradiance by indirect light, W·m⁻², RGB
+    float e[3];            // irradiance by indirect light (what passes the coat), W·m⁻², RGB
     float rotation[9];     // rotational gradient (1.4), three world-space vectors, one a channel: dE = (n_i x n) . g
     float translation[9];  // translational gradient (1.5), likewise: dE = (p - p_i) . g
     float minimum;         // R of (1.15)
     uint pixel;            // the pixel whose miss made this record
-    uint samples;          // hemisphere samples in it
+    float harmonic;        // R of (1.14), world units, before any clamp (researchers re-use it)
 } RecordValue;             // 96 bytes
 
 // State of the device octree, kept by the kernels, read by the host after each insertion.
