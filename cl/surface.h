@@ -116,12 +116,12 @@ IR_FN real3 surface_texture(const SceneData* s, int texture, float u, float v, c
 }
 
 // A colour of a material: the texture if there is one, else the constant.
-IR_FN real3 textured(const SceneData* s, int texture, real3 constant, const HitGeometry* g, const Hit* hit) {
-    if (texture == IR_NO_TEXTURE) return constant;
+IR_FN real3 textured(const SceneData* s, int texture, real3 plain, const HitGeometry* g, const Hit* hit) {
+    if (texture == IR_NO_TEXTURE) return plain;
     return surface_texture(s, texture, g->u, g->v, hit);
 }
 #else
-#define textured(s, texture, constant, g, hit) (constant)
+#define textured(s, texture, plain, g, hit) (plain)
 #endif
 
 #if IR_FEATURES & IR_FEATURE_BUMPS
