@@ -3,7 +3,7 @@
 // Mirrors and glass are followed; glossy parts are path traced; what is left is diffuse and wants irradiance.
 #ifndef IR_SHADE_H
 #define IR_SHADE_H
-#include "camera.h"
+#include "camera_tile.h"
 #include "film.h"
 #include "indirect.h"
 #include "shading_point.h"
@@ -26,22 +26,18 @@ IR_FN ShadingPoint sample_point(const SceneData* s, const TileSample* t, uint pi
 }
 
 // Camera rays of samples first .. first + count - 1, and the random numbers of their light samples.
-IR_FN CameraRay tile_rays(const SceneData* s, uint pixel, uint first, uint count, uint seed, float* dx, float* dy,
-                          float* dz, float* light_u, float* light_v) {
-    const uint x = pixel % s->info->width, y = pixel / s->info->width;
+IR_FN void tile_samples(const SceneData* s, uint pixel, uint first, uint count, uint seed, CameraTile* tile,
+                        float* light_u, float* light_v) {
     const uint pixel_seed = hash_uint(pixel ^ hash_uint(seed));
-    CameraRay ray;
+    Rng rng = rng_make(seed ^ 0x6c656e73u, pixel, first);
     for (uint i = 0; i < count; ++i) {
         float u[4];
         sobol4(first + i, pixel_seed, u);
-        ray = camera_ray(s->info, x, y, u[0], u[1]);
-        dx[i] = ray.direction.x;
-        dy[i] = ray.direction.y;
-        dz[i] = ray.direction.z;
+        tile_ray(s, pixel, i, u[0], u[1], &rng, tile);
         light_u[i] = u[2];
         light_v[i] = u[3];
     }
-    return ray;
+    trace_camera_tile(s, count, &rng, tile);
 }
 
 // From the first surface that a sample sees to the one that it shades: through mirrors and glass. false: there is none.
@@ -69,25 +65,23 @@ IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState*
 // surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
 IR_FN void shade_tile(const SceneData* s, const Grid* grid, uint pixel, uint first, uint count, uint edges, uint seed,
                       PixelSum* sum, TileSample* samples, RayCount* rays) {
-    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], light_u[IR_TILE], light_v[IR_TILE];
-    Hit hits[IR_TILE];
+    CameraTile tile;
+    float light_u[IR_TILE], light_v[IR_TILE];
     PathState paths[IR_TILE];  // those that reflect, with their light samples' random numbers moved down beside them
     uint indices[IR_TILE], used[IR_TILE], lit = 0u;
-    const CameraRay ray = tile_rays(s, pixel, first, count, seed, dx, dy, dz, light_u, light_v);
-    const real3 origin = camera_origin(s->info);
-    trace_tile(s, origin, dx, dy, dz, count, ray.t_min, hits);
+    tile_samples(s, pixel, first, count, seed, &tile, light_u, light_v);
     for (uint i = 0; i < count; ++i) {
         TileSample* t = &samples[i];
         t->weight = black();
-        t->direction = make_real3(dx[i], dy[i], dz[i]);
+        t->direction = tile_direction(&tile, i);
         t->behind = false;
         Rng rng = rng_make(seed ^ 0x73686164u, pixel, first + i);
-        const Hit hit = pass_masks(s, origin, t->direction, ray.t_max, hits[i], &rng);
-        if (hit.primitive == IR_NO_PRIMITIVE || hit.t >= ray.t_max) {
+        const Hit hit = tile.hits[i];
+        if (hit.primitive == IR_NO_PRIMITIVE) {
             pixel_add_miss(sum, environment_radiance(s, t->direction));
             continue;
         }
-        PathState path = path_from(surface_at(s, origin, t->direction, &hit), hit.t);
+        PathState path = path_from(surface_at(s, tile_origin(&tile, i), t->direction, &hit), hit.t);
         pixel_add(sum, &path.surface, hit.t, emitted_radiance(s, &path.surface), black());
         t->depth = view_depth(s->info, t->direction, hit.t);
         if (edges == 0u || !reach_shaded_surface(s, grid, &path, edges, &used[lit], &rng, sum, t, rays)) continue;

@@ -1,35 +1,29 @@
 // The etalon: unbiased path tracing. One work-item a pixel; a launch adds `count` samples to each pixel's sum, which
 // the host accumulates in double, so that 100 000 samples a pixel lose no precision.
-#include "camera.h"
-#include "path.h"
+#include "camera_tile.h"
 #include "film.h"
+#include "path.h"
 
 // A tile of IR_TILE samples of one pixel: camera rays as one packet, then a path each.
 IR_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed,
                            PixelSum* sum, RayCount* rays) {
-    const uint x = pixel % s->info->width, y = pixel / s->info->width;
-    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];
-    Hit hits[IR_TILE];
-    CameraRay ray;
+    CameraTile tile;
+    Rng tile_rng = rng_make(seed ^ 0x6c656e73u, pixel, first);
     for (uint i = 0; i < count; ++i) {
         Rng rng = rng_make(seed, pixel, first + i);
         const float u = rng_real(&rng), v = rng_real(&rng);
-        ray = camera_ray(s->info, x, y, u, v);
-        dx[i] = ray.direction.x;
-        dy[i] = ray.direction.y;
-        dz[i] = ray.direction.z;
+        tile_ray(s, pixel, i, u, v, &tile_rng, &tile);
     }
-    const real3 origin = camera_origin(s->info);
-    trace_tile(s, origin, dx, dy, dz, count, ray.t_min, hits);
+    trace_camera_tile(s, count, &tile_rng, &tile);
     for (uint i = 0; i < count; ++i) {
-        const real3 direction = make_real3(dx[i], dy[i], dz[i]);
-        Rng rng = rng_make(seed, pixel, (first + i) ^ 0x80000000u);
-        const Hit hit = pass_masks(s, origin, direction, ray.t_max, hits[i], &rng);
-        if (hit.primitive == IR_NO_PRIMITIVE || hit.t >= ray.t_max) {
+        const real3 direction = tile_direction(&tile, i);
+        const Hit hit = tile.hits[i];
+        if (hit.primitive == IR_NO_PRIMITIVE) {
             pixel_add_miss(sum, environment_radiance(s, direction));
             continue;
         }
-        const Surface f = surface_at(s, origin, direction, &hit);
+        Rng rng = rng_make(seed, pixel, (first + i) ^ 0x80000000u);
+        const Surface f = surface_at(s, tile_origin(&tile, i), direction, &hit);
         real3 direct = emitted_radiance(s, &f), indirect = make_real3(0.0f, 0.0f, 0.0f);
         reflected_radiance(s, f, edges, &rng, rays, &direct, &indirect);
         pixel_add(sum, &f, hit.t, direct, indirect);

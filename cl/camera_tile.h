@@ -1,0 +1,60 @@
+// A tile of one pixel's camera rays: where each starts and what it sees. Through a pinhole they are one packet.
+#ifndef IR_CAMERA_TILE_H
+#define IR_CAMERA_TILE_H
+#include "camera.h"
+#include "visibility.h"
+
+typedef struct CameraTile {
+    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];  // unit directions
+    float t_min, t_max[IR_TILE];                  // clip planes, along the rays
+#if IR_FEATURES & IR_FEATURE_THIN_LENS
+    float ox[IR_TILE], oy[IR_TILE], oz[IR_TILE];
+#else
+    real3 origin;
+#endif
+    Hit hits[IR_TILE];
+} CameraTile;
+
+IR_FN real3 tile_direction(const CameraTile* t, uint i) { return make_real3(t->dx[i], t->dy[i], t->dz[i]); }
+
+#if IR_FEATURES & IR_FEATURE_THIN_LENS
+IR_FN real3 tile_origin(const CameraTile* t, uint i) { return make_real3(t->ox[i], t->oy[i], t->oz[i]); }
+#else
+IR_FN real3 tile_origin(const CameraTile* t, uint i) { return t->origin; }
+#endif
+
+// Ray i of the tile, by film numbers u, v in [0, 1); the lens's come from rng.
+IR_FN void tile_ray(const SceneData* s, uint pixel, uint i, float u, float v, Rng* rng, CameraTile* t) {
+    const uint x = pixel % s->info->width, y = pixel / s->info->width;
+#if IR_FEATURES & IR_FEATURE_THIN_LENS
+    real3 origin;
+    const float lens_u = rng_real(rng), lens_v = rng_real(rng);
+    const CameraRay ray = lens_ray(s->info, x, y, u, v, lens_u, lens_v, &origin);
+    t->ox[i] = origin.x;
+    t->oy[i] = origin.y;
+    t->oz[i] = origin.z;
+#else
+    const CameraRay ray = camera_ray(s->info, x, y, u, v);
+    t->origin = camera_origin(s->info);
+#endif
+    t->dx[i] = ray.direction.x;
+    t->dy[i] = ray.direction.y;
+    t->dz[i] = ray.direction.z;
+    t->t_max[i] = ray.t_max;
+    t->t_min = i == 0u ? ray.t_min : max(t->t_min, ray.t_min);
+}
+
+// Traces the first `count` rays, past masks; beyond the far clip plane there is nothing.
+IR_FN void trace_camera_tile(const SceneData* s, uint count, Rng* rng, CameraTile* t) {
+#if IR_FEATURES & IR_FEATURE_THIN_LENS
+    for (uint i = 0; i < count; ++i)
+        t->hits[i] = trace_closest(s, tile_origin(t, i), tile_direction(t, i), t->t_min, t->t_max[i]);
+#else
+    trace_tile(s, t->origin, t->dx, t->dy, t->dz, count, t->t_min, t->hits);
+#endif
+    for (uint i = 0; i < count; ++i) {
+        t->hits[i] = pass_masks(s, tile_origin(t, i), tile_direction(t, i), t->t_max[i], t->hits[i], rng);
+        if (t->hits[i].t >= t->t_max[i]) t->hits[i].primitive = IR_NO_PRIMITIVE;
+    }
+}
+#endif
