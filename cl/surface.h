@@ -133,9 +133,9 @@ IR_FN void perturb_normal(const SceneData* s, const Material* m, const HitGeomet
     if (!f->bumped) return;
     const real3 n = f->ns;
     const real3 t = normalize(g->tangents.du - n * dot(n, g->tangents.du)), b = cross(n, t);
-    real3 local;
+    real3 map_normal;
     if (m->flags & IR_MATERIAL_NORMAL_MAP) {
-        local = surface_texture(s, m->map, g->u, g->v, hit) * 2.0f - make_real3(1.0f, 1.0f, 1.0f);
+        map_normal = surface_texture(s, m->map, g->u, g->v, hit) * 2.0f - make_real3(1.0f, 1.0f, 1.0f);
     } else {
         float du, dv;
         texture_gradient(s, m->map, g->u, g->v, &du, &dv);
@@ -143,12 +143,12 @@ IR_FN void perturb_normal(const SceneData* s, const Material* m, const HitGeomet
         const real3 pv = g->tangents.dv + n * (m->map_scale * dv - dot(n, g->tangents.dv));
         real3 turned = cross(pu, pv);
         if (dot(turned, f->ng) < 0.0f) turned = -turned;
-        local = make_real3(dot(turned, t), dot(turned, b), dot(turned, n));
+        map_normal = make_real3(dot(turned, t), dot(turned, b), dot(turned, n));
     }
     const real3 v = make_real3(dot(f->view, t), dot(f->view, b), dot(f->view, n));
-    if (v.z * dot(v, local) <= 0.0f) local = make_real3(-local.x, -local.y, local.z);
-    const float square = dot(local, local);
-    if (square > 1e-30f && square < 1e30f) f->ns = (t * local.x + b * local.y + n * local.z) * rsqrt(square);
+    if (v.z * dot(v, local) <= 0.0f) map_normal = make_real3(-local.x, -local.y, local.z);
+    const float square = dot(map_normal, map_normal);
+    if (square > 1e-30f && square < 1e30f) f->ns = (t * map_normal.x + b * map_normal.y + n * map_normal.z) * rsqrt(square);
 }
 #endif
 
