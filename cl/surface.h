@@ -146,9 +146,10 @@ IR_FN void perturb_normal(const SceneData* s, const Material* m, const HitGeomet
         map_normal = make_real3(dot(turned, t), dot(turned, b), dot(turned, n));
     }
     const real3 v = make_real3(dot(f->view, t), dot(f->view, b), dot(f->view, n));
-    if (v.z * dot(v, local) <= 0.0f) map_normal = make_real3(-local.x, -local.y, local.z);
+    if (v.z * dot(v, map_normal) <= 0.0f) map_normal = make_real3(-map_normal.x, -map_normal.y, map_normal.z);
     const float square = dot(map_normal, map_normal);
-    if (square > 1e-30f && square < 1e30f) f->ns = (t * map_normal.x + b * map_normal.y + n * map_normal.z) * rsqrt(square);
+    if (square > 1e-30f && square < 1e30f)
+        f->ns = (t * map_normal.x + b * map_normal.y + n * map_normal.z) * rsqrt(square);
 }
 #endif
 
