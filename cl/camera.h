@@ -76,4 +76,51 @@ IR_FN CameraRay camera_ray(const IR_GLOBAL SceneInfo* info, uint px, uint py, fl
 IR_FN real3 camera_origin(const IR_GLOBAL SceneInfo* info) {
     return make_real3(info->camera.ox, info->camera.oy, info->camera.oz);
 }
+
+#if IR_FEATURES & IR_FEATURE_THIN_LENS
+// Uniform on the unit disk, by concentric squares: Shirley and Chiu, "A low distortion map between disk and square",
+// Journal of Graphics Tools 2(3), 1997. Strata of the square stay compact.
+IR_FN void concentric_disk(float u, float v, float* x, float* y) {
+    const float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
+    const bool upright = fabs(a) < fabs(b);
+    const float r = upright ? b : a;
+    if (r == 0.0f) {
+        *x = *y = 0.0f;
+        return;
+    }
+    const float angle = 0.25f * IR_PI * (upright ? a : b) / r;
+    float s, c;
+    real_sincos(angle, &s, &c);
+    *x = r * (upright ? s : c);
+    *y = r * (upright ? c : s);
+}
+
+// Ray through a film position as camera_ray()'s, from the point (lens_u, lens_v) of the lens through the point of the
+// plane in focus that the pinhole's ray meets. The lens lies in the plane of the film's axes, which are perpendicular.
+IR_FN CameraRay lens_ray_at(const IR_GLOBAL SceneInfo* info, float fx, float fy, float lens_u, float lens_v,
+                            real3* origin) {
+    const IR_GLOBAL Camera* c = &info->camera;
+    const float film_x = fx / (float)info->width, film_y = fy / (float)info->height;
+    const real3 dx = make_real3(c->dxx, c->dxy, c->dxz), dy = make_real3(c->dyx, c->dyy, c->dyz);
+    const real3 film = make_real3(c->cornerx, c->cornery, c->cornerz) + film_x * dx + film_y * dy;  // at unit depth
+    float x, y;
+    concentric_disk(lens_u, lens_v, &x, &y);
+    // The camera's x axis runs to the left and its y axis up: against the film's.
+    const real3 offset = -c->aperture_radius * (x * normalize(dx) + y * normalize(dy));
+    *origin = make_real3(c->ox, c->oy, c->oz) + offset;
+    CameraRay ray;
+    ray.direction = normalize(c->focus_distance * film - offset);
+    const float cosine = max(dot(ray.direction, make_real3(c->forwardx, c->forwardy, c->forwardz)), 1e-6f);
+    ray.t_min = c->near_clip / cosine;
+    ray.t_max = c->far_clip / cosine;
+    return ray;
+}
+
+IR_FN CameraRay lens_ray(const IR_GLOBAL SceneInfo* info, uint px, uint py, float u, float v, float lens_u,
+                         float lens_v, real3* origin) {
+    const float cx = (float)px + 0.5f, cy = (float)py + 0.5f;
+    return lens_ray_at(info, cx + filter_offset(info, u, -cx, (float)info->width - cx),
+                       cy + filter_offset(info, v, -cy, (float)info->height - cy), lens_u, lens_v, origin);
+}
+#endif
 #endif

@@ -70,6 +70,20 @@ Box disk_box(const shared::Analytic& a) {
     return box;
 }
 
+Box cylinder_box(const shared::Analytic& a) {
+    // Circles of the given radius around both ends; one reaches radius * sqrt(1 - axis_k^2) along axis k.
+    const float base[3] = {a.px, a.py, a.pz}, axis[3] = {a.nx, a.ny, a.nz};
+    Box box;
+    for (int k = 0; k < 3; ++k) {
+        const double along = axis[k], end = base[k] + along * a.length;
+        const double reach = a.radius * std::sqrt(std::max(1 - along * along, 0.0)) * (1 + 0x1p-20);
+        const double slack = (std::abs(base[k]) + a.length + a.radius) * 0x1p-22;  // of a rounded axis
+        box.lo[k] = static_cast<float>(std::min(double{base[k]}, end) - reach - slack);
+        box.hi[k] = static_cast<float>(std::max(double{base[k]}, end) + reach + slack);
+    }
+    return box;
+}
+
 // ---- Embree's builder ---------------------------------------------------------------------------------------------
 
 struct BuildNode {  // lives in Embree's allocator
@@ -261,7 +275,7 @@ bool fits(const HostTree& tree) {
 void check_primitive_count(std::size_t count, const std::string& source) {
     if (count <= kMaxPrimitives) return;
     throw Error((source.empty() ? std::string("scene") : source) + ": " + std::to_string(count) +
-                " triangles, spheres and disks; the acceleration structure holds at most " +
+                " triangles, spheres, disks and cylinders; the acceleration structure holds at most " +
                 std::to_string(kMaxPrimitives));
 }
 
@@ -273,6 +287,7 @@ Box primitive_box(const Scene& scene, std::uint32_t primitive) {
     }
     const shared::Analytic& a = scene.analytics[primitive - scene.triangles.size()];
     if (a.kind == IR_ANALYTIC_DISK) return disk_box(a);
+    if (a.kind == IR_ANALYTIC_CYLINDER) return cylinder_box(a);
     return {{a.px - a.radius, a.py - a.radius, a.pz - a.radius}, {a.px + a.radius, a.py + a.radius, a.pz + a.radius}};
 }
 

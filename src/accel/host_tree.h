@@ -34,7 +34,7 @@ constexpr std::uint32_t kMaxLeafTriangles = 4;  ///< of the binary tree; analyti
 /// Throws Error if `count` primitives are more than the leaves' 24-bit indices reach; `source` names the scene.
 void check_primitive_count(std::size_t count, const std::string& source);
 
-/// World bounds (after centring) of a primitive: a triangle or an analytic sphere or disk.
+/// World bounds (after centring) of a primitive: a triangle or an analytic sphere, disk or cylinder.
 Box primitive_box(const Scene& scene, std::uint32_t primitive);
 
 /// The best tree Embree builds (surface area heuristic with spatial splits), or the median tree where its depth or size

@@ -30,8 +30,9 @@ void check_geometry(const std::string& where, const Scene& scene) {
         const shared::Analytic& a = scene.analytics[i];
         const Place p{where, "analytic primitive", i};
         p.require(a.kind <= IR_ANALYTIC_CYLINDER, "unknown kind");
-        p.finite(a.px, a.py, a.pz, a.radius, a.nx, a.ny, a.nz, a.ux, a.uy, a.uz, a.vx, a.vy, a.vz, a.sign);
-        p.require(a.kind != IR_ANALYTIC_SPHERE || a.radius > 0.0f, "radius is not positive");
+        p.finite(a.px, a.py, a.pz, a.radius, a.nx, a.ny, a.nz, a.ux, a.uy, a.uz, a.vx, a.vy, a.vz, a.sign, a.length);
+        p.require(a.kind == IR_ANALYTIC_DISK || a.radius > 0.0f, "radius is not positive");
+        p.require(a.kind != IR_ANALYTIC_CYLINDER || a.length > 0.0f, "length is not positive");
         p.below(a.material, scene.materials.size(), "material");
         p.optional_below(a.light, scene.lights.size(), "light");
     }
@@ -125,7 +126,8 @@ void check_info(const std::string& where, const Scene& scene) {
     const shared::SceneInfo& s = scene.info;
     const shared::Camera& c = s.camera;
     const Place p{where, "camera", 0}, q{where, "scene", 0};
-    p.finite(c.ox, c.oy, c.oz, c.near_clip, c.cornerx, c.cornery, c.cornerz, c.far_clip, c.dxx, c.dxy, c.dxz);
+    p.finite(c.ox, c.oy, c.oz, c.near_clip, c.cornerx, c.cornery, c.cornerz, c.far_clip, c.dxx, c.dxy, c.dxz,
+             c.aperture_radius, c.focus_distance);
     p.finite(c.pixel_size, c.dyx, c.dyy, c.dyz, c.forwardx, c.forwardy, c.forwardz);
     q.require(s.width > 0 && s.height > 0 && std::uint64_t{s.width} * s.height < 1u << 31,
               "the picture's size is out of range");

@@ -83,7 +83,9 @@ private:
 };
 
 // ---- shapes -----------------------------------------------------------------------------------------------------
-enum class ShapeKind { mesh, rectangle, sphere, disk };
+enum class ShapeKind { mesh, rectangle, sphere, disk, cylinder };
+/// Spheres, disks and cylinders: traced as they are, without triangles.
+inline bool is_analytic(ShapeKind kind) { return kind >= ShapeKind::sphere; }
 /// A shape in world space.
 struct Shape {
     const Node* node = nullptr;
@@ -95,10 +97,11 @@ struct Shape {
     Mesh mesh;                             // mesh, rectangle (4 corners in order, 2 triangles)
     std::vector<glm::dvec3> face_normals;  // unit, one a triangle, on the side the surface faces
     bool flat = false;                     // mesh.normals are not to be used
-    glm::dvec3 centre{0.0};                // sphere, disk
-    glm::dvec3 axis_u{0.0}, axis_v{0.0};   // disk: half axes; sphere: unit x and z axis of the uv frame
-    glm::dvec3 normal{0.0};                // disk
-    double radius = 0.0, sign = 1.0;       // sphere; sign -1: normals point inward
+    glm::dvec3 centre{0.0};                // sphere, disk; cylinder: of its base
+    glm::dvec3 axis_u{0.0}, axis_v{0.0};   // disk: half axes; unit axes of the uv frame: sphere x, z, cylinder x, y
+    glm::dvec3 normal{0.0};                // disk; cylinder: unit axis
+    double radius = 0.0, sign = 1.0;       // sphere, cylinder; sign -1: normals point inward
+    double length = 0.0;                   // cylinder
 };
 /// Every shape of the scene in file order, meshes read in parallel.
 std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials);
@@ -121,6 +124,7 @@ struct CameraFrame {
     const Node* node = nullptr;
     glm::dvec3 origin{0.0}, corner{0.0}, dx{0.0}, dy{0.0}, forward{0.0};
     double near_clip = 0.01, far_clip = 1e4;
+    double aperture_radius = 0.0, focus_distance = 0.0;  // thin lens; radius 0: pinhole
 };
 /// Reads the sensor; sets film size, reconstruction filter and sample_count of `scene`.
 CameraFrame read_sensor(const Context& context, const Document& document, Scene& scene);

@@ -132,8 +132,9 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
             sensor = &child;
     }
     if (!sensor) throw Error(fmt::format("{}: the scene has no sensor", document.files.front()));
-    const bool perspective = sensor->get("type") == "perspective";
-    if (!perspective) context.unsupported(*sensor, "perspective", "perspective with the same parameters");
+    const std::string type = sensor->get("type");
+    const bool lens = type == "thinlens", known = type == "perspective" || lens;
+    if (!known) context.unsupported(*sensor, "perspective, thinlens", "perspective with the same parameters");
 
     Properties p(context, document, *sensor);
     const auto films = p.objects("film");
@@ -163,7 +164,18 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
                  offset_y = p.number("principal_point_offset_y", 0.0);
     const glm::dmat4 to_world = p.transform("to_world").value_or(glm::dmat4(1.0));
     p.ignore({"shutter_open", "shutter_close"});
-    if (!perspective) p.ignore({"aperture_radius", "focus_distance"});
+    if (lens) {
+        camera.aperture_radius = p.number("aperture_radius");
+        camera.focus_distance = p.number("focus_distance", camera.far_clip);
+        if (!(camera.aperture_radius >= 0.0))
+            fail(*p.property("aperture_radius"),
+                 fmt::format("sensor: aperture_radius is {}, a number of at least 0 was expected (0: a pinhole)",
+                             camera.aperture_radius));
+        if (!(camera.focus_distance > 0.0))
+            fail(*p.property("focus_distance"),
+                 fmt::format("sensor: focus_distance is {}, a positive number was expected", camera.focus_distance));
+    }
+    if (!known) p.ignore({"aperture_radius", "focus_distance"});
     p.finish();
 
     const glm::dmat3 linear(to_world);

@@ -34,6 +34,8 @@ public:
                 sphere(shape);
             else if (shape.kind == ShapeKind::disk)
                 disk(shape);
+            else if (shape.kind == ShapeKind::cylinder)
+                cylinder(shape);
             else
                 mesh(shape);
         }
@@ -91,6 +93,19 @@ private:
         const double u = glm::dot(from_centre, shape.axis_u) / glm::dot(shape.axis_u, shape.axis_u);
         const double v = glm::dot(from_centre, shape.axis_v) / glm::dot(shape.axis_v, shape.axis_v);
         if (u * u + v * v <= 1.0) hit(shape, t, shape.normal);
+    }
+
+    void cylinder(const Shape& shape) {
+        const glm::dvec3 from_base = origin_ - shape.centre;
+        const double height = glm::dot(from_base, shape.normal), climb = glm::dot(direction_, shape.normal);
+        const glm::dvec3 f = from_base - height * shape.normal, d = direction_ - climb * shape.normal;
+        const double a = glm::dot(d, d), b = glm::dot(d, f);
+        const double discriminant = b * b - a * (glm::dot(f, f) - shape.radius * shape.radius);
+        if (!(a > 0.0) || discriminant < 0.0) return;
+        for (const double root : {-std::sqrt(discriminant), std::sqrt(discriminant)}) {
+            const double t = (root - b) / a, z = height + t * climb;
+            if (z >= 0.0 && z <= shape.length) hit(shape, t, shape.sign * (f + t * d));
+        }
     }
 };
 

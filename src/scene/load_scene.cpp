@@ -26,6 +26,12 @@ public:
             if (shape.kind == ShapeKind::sphere) grow(shape.centre, glm::dvec3(shape.radius));
             if (shape.kind == ShapeKind::disk)  // extent of an ellipse along each axis
                 grow(shape.centre, glm::sqrt(shape.axis_u * shape.axis_u + shape.axis_v * shape.axis_v));
+            if (shape.kind == ShapeKind::cylinder) {  // extent of the circles at both ends
+                const glm::dvec3 reach =
+                    shape.radius * glm::sqrt(glm::max(1.0 - shape.normal * shape.normal, glm::dvec3(0.0)));
+                grow(shape.centre, reach);
+                grow(shape.centre + shape.length * shape.normal, reach);
+            }
         }
         centre_ = 0.5 * (lo_ + hi_);
         const double diagonal = glm::length(hi_ - lo_);
@@ -49,7 +55,7 @@ public:
         if (shape.radiance && !emits)
             context_.warn(*shape.node,
                           fmt::format("{}: its emitter is black, it is treated as no emitter", describe(*shape.node)));
-        if (shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::disk)
+        if (is_analytic(shape.kind))
             add_analytic(shape, emits);
         else
             add_mesh(shape, emits);
@@ -73,6 +79,8 @@ public:
         set3(c.forwardx, c.forwardy, c.forwardz, frame.forward);
         c.near_clip = static_cast<float>(frame.near_clip);
         c.far_clip = static_cast<float>(frame.far_clip);
+        c.aperture_radius = static_cast<float>(frame.aperture_radius);
+        c.focus_distance = static_cast<float>(frame.focus_distance);
         c.pixel_size = static_cast<float>(
             std::sqrt(glm::length(frame.dx) / scene_.info.width * glm::length(frame.dy) / scene_.info.height));
     }
@@ -206,6 +214,18 @@ private:
             if (emits) {
                 a.light = light(shape, IR_LIGHT_SPHERE, shape.centre, {}, {}, {shape.sign, 0.0, 0.0},
                                 4.0 * std::numbers::pi * shape.radius * shape.radius);
+                scene_.lights.back().radius = a.radius;
+            }
+        } else if (shape.kind == ShapeKind::cylinder) {
+            a.kind = IR_ANALYTIC_CYLINDER;
+            a.radius = static_cast<float>(shape.radius);
+            a.length = static_cast<float>(shape.length);
+            set3(a.nx, a.ny, a.nz, shape.normal);
+            set3(a.ux, a.uy, a.uz, shape.axis_u);
+            set3(a.vx, a.vy, a.vz, shape.axis_v);
+            if (emits) {
+                a.light = light(shape, IR_LIGHT_CYLINDER, shape.centre, shape.length * shape.normal, {},
+                                {shape.sign, 0.0, 0.0}, 2.0 * std::numbers::pi * shape.radius * shape.length);
                 scene_.lights.back().radius = a.radius;
             }
         } else {

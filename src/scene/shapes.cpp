@@ -11,7 +11,8 @@
 namespace irradia::loader {
 namespace {
 
-const char* const supported_shapes = "rectangle, cube, sphere, disk, obj, ply, shapegroup, instance";
+const std::vector<std::string> supported_shapes = {"rectangle", "cube", "sphere",     "disk",    "cylinder",
+                                                   "obj",       "ply",  "shapegroup", "instance"};
 
 /// What the file says about a shape, before any mesh is read.
 struct Request {
@@ -130,13 +131,48 @@ void place_disk(Request& request, const Node& node) {
     shape.normal = glm::normalize(glm::inverseTranspose(linear)[2]) * (request.flip_normals ? -1.0 : 1.0);
 }
 
+/// Right-handed axes x, y, z for a unit z: Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017,
+/// which Mitsuba turns its cylinders by.
+glm::dmat3 frame_around(const glm::dvec3& z) {
+    const double sign = std::copysign(1.0, z.z), a = -1.0 / (sign + z.z), b = z.x * z.y * a;
+    return {{1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x}, {b, sign + z.y * z.y * a, -z.y}, z};
+}
+
+void place_cylinder(Request& request, Properties& p) {
+    Shape& shape = request.shape;
+    const Node& node = p.node();
+    const glm::dvec3 p0 = p.vector("p0").value_or(glm::dvec3(0.0)), p1 = p.vector("p1").value_or(glm::dvec3(0, 0, 1));
+    const double radius = p.number("radius", 1.0), length = glm::length(p1 - p0);
+    if (!(radius > 0.0))
+        fail(node, fmt::format("{}: radius is {}, a positive number was expected", describe(node), radius));
+    if (!(length > 0.0)) fail(node, fmt::format("{}: p0 and p1 are the same point", describe(node)));
+    const glm::dmat3 frame = glm::dmat3(request.to_world) * frame_around((p1 - p0) / length);
+    const double x = glm::length(frame[0]), y = glm::length(frame[1]), z = glm::length(frame[2]);
+    if (std::abs(x - y) > 1e-5 * x || std::abs(glm::dot(frame[0], frame[1])) > 1e-5 * x * y ||
+        std::abs(glm::dot(frame[0], frame[2])) > 1e-5 * x * z || std::abs(glm::dot(frame[1], frame[2])) > 1e-5 * y * z)
+        fail(node, fmt::format("{}: to_world shears the cylinder or makes it elliptical; a cylinder allows rotation, "
+                               "translation and scale, which across its axis has to be uniform",
+                               describe(node)));
+    shape.centre = glm::dvec3(request.to_world * glm::dvec4(p0, 1.0));
+    shape.radius = radius * x;
+    shape.length = length * z;
+    shape.axis_u = frame[0] / x;
+    shape.axis_v = frame[1] / y;
+    shape.normal = frame[2] / z;
+    shape.sign = request.flip_normals ? -1.0 : 1.0;  // a mirrored to_world changes nothing, as in Mitsuba
+}
+
 /// Reads one <shape>; no value if it is left out. `outer`: the transform of the instance it belongs to.
 std::optional<Request> read_shape(const Context& context, const Document& document, MaterialTable& materials,
                                   const Node& node, const glm::dmat4& outer) {
     const std::string type = node.get("type");
     const bool file = type == "obj" || type == "ply";
-    if (!file && type != "rectangle" && type != "cube" && type != "sphere" && type != "disk") {
-        context.unsupported(node, supported_shapes, "nothing, it is left out");
+    if (type == "shapegroup" || type == "instance" ||
+        std::find(supported_shapes.begin(), supported_shapes.end(), type) == supported_shapes.end()) {
+        context.problem(node,
+                        fmt::format("{} is not supported{} (supported: {})", describe(node),
+                                    did_you_mean(type, supported_shapes), fmt::join(supported_shapes, ", ")),
+                        "the shape is left out");
         return std::nullopt;
     }
     Properties p(context, document, node);
@@ -171,6 +207,9 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     } else if (type == "sphere") {
         shape.kind = ShapeKind::sphere;
         place_sphere(context, request, p);
+    } else if (type == "cylinder") {
+        shape.kind = ShapeKind::cylinder;
+        place_cylinder(request, p);
     } else {
         shape.kind = ShapeKind::disk;
         place_disk(request, node);
@@ -233,7 +272,7 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
 
     std::vector<std::exception_ptr> errors(requests.size());
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
-        if (requests[i].shape.kind == ShapeKind::sphere || requests[i].shape.kind == ShapeKind::disk) return;
+        if (is_analytic(requests[i].shape.kind)) return;
         try {
             load_mesh(requests[i]);
         } catch (...) {

@@ -84,7 +84,12 @@ std::string Document::resolve(const Node& node, const std::string& filename) con
         if (fs::is_regular_file(candidate, ignored)) return candidate.string();
     if (fs::is_directory(tried.front(), ignored))
         fail(node, fmt::format("'{}' is a folder, a file was expected", tried.front().string()));
-    fail(node, fmt::format("file '{}' does not exist", tried.front().string()));
+    std::string elsewhere;
+    for (std::size_t i = 1; i < tried.size(); ++i)
+        if (std::find(tried.begin(), tried.begin() + static_cast<std::ptrdiff_t>(i), tried[i]) ==
+            tried.begin() + static_cast<std::ptrdiff_t>(i))
+            elsewhere += fmt::format("{} '{}'", elsewhere.empty() ? ", nor" : " or", tried[i].string());
+    fail(node, fmt::format("file '{}' does not exist{}", tried.front().string(), elsewhere));
 }
 
 const Node& Document::follow(const Node& ref) const {

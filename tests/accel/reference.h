@@ -128,6 +128,23 @@ inline ExactHit brute_force(const Scene& scene, const Ray& ray) {
                 graze((t - ray.t_min) / (1 + std::abs(t))), graze((t - ray.t_max) / (1 + std::abs(t)));
                 accept(t, primitive);
             }
+        } else if (g.kind == IR_ANALYTIC_CYLINDER) {
+            // |f + t d|^2 across the axis equals r^2; the stored axis is a unit vector up to rounding.
+            const double nn = dot(n, n), fn = dot(f, n) / nn, dn = dot(d, n) / nn;
+            const Double3 across{f.x - fn * n.x, f.y - fn * n.y, f.z - fn * n.z};
+            const Double3 turn{d.x - dn * n.x, d.y - dn * n.y, d.z - dn * n.z};
+            const double r2 = double{g.radius} * g.radius, a = dot(turn, turn), b = dot(across, turn),
+                         c = dot(across, across) - r2, root = b * b - a * c, height = g.length;
+            graze(root / (a * (dot(across, across) + r2)));
+            graze(a);  // along the axis the ends decide, and what is left of a by rounding
+            if (root < 0) continue;
+            for (const double t : {(-b - std::sqrt(root)) / a, (-b + std::sqrt(root)) / a}) {
+                const double z = fn + t * dn, end = std::min(z, height - z) / (1 + std::abs(t));
+                if (t > ray.t_min && t < ray.t_max) graze(end);
+                if (end >= -1e-4)
+                    graze((t - ray.t_min) / (1 + std::abs(t))), graze((t - ray.t_max) / (1 + std::abs(t)));
+                if (end >= 0) accept(t, primitive);
+            }
         } else {
             const double t = -dot(f, n) / dot(d, n);
             const Double3 p{f.x + t * d.x, f.y + t * d.y, f.z + t * d.z};

@@ -180,4 +180,17 @@ inline void add_disk(Scene& scene, const Point& centre, const Point& u, const Po
     scene.info.analytic_count = static_cast<std::uint32_t>(scene.analytics.size());
 }
 
+/// Cylinder from p along a unit axis.
+inline void add_cylinder(Scene& scene, const Point& p, const Point& axis, float radius, float length) {
+    shared::Analytic a{};
+    a.kind = IR_ANALYTIC_CYLINDER;
+    a.px = p[0], a.py = p[1], a.pz = p[2];
+    a.nx = axis[0], a.ny = axis[1], a.nz = axis[2];
+    a.radius = radius, a.length = length;
+    a.sign = 1;
+    a.light = IR_NO_LIGHT;
+    scene.analytics.push_back(a);
+    scene.info.analytic_count = static_cast<std::uint32_t>(scene.analytics.size());
+}
+
 }  // namespace irradia::shapes

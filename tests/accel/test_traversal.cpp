@@ -121,6 +121,56 @@ TEST_P(TraversalTest, SphereIsHitFromFarAndFromInside) {
     EXPECT_NEAR(hits[5].t, 4.995f, 1e-6f);  // t counts directions, not lengths
 }
 
+TEST_P(TraversalTest, CylindersMatchBruteForce) {
+    Scene scene = shapes::triangle_soup(50, 0.3f, 61);
+    std::mt19937 random(67);
+    std::uniform_real_distribution<float> s(-1, 1);
+    for (int i = 0; i < 40; ++i) {
+        shapes::Point axis{s(random), s(random), s(random)};
+        if (i % 4 == 0) axis = {0, i % 8 ? 1.0f : -1.0f, 0};  // boxes that fit snugly
+        const float l = std::hypot(axis[0], axis[1], axis[2]);
+        shapes::add_cylinder(scene, {s(random), s(random), s(random)}, {axis[0] / l, axis[1] / l, axis[2] / l},
+                             0.01f + 0.15f * std::abs(s(random)), 0.05f + std::abs(s(random)));
+    }
+    build_accel(scene);
+    testing::Traversal device(scene, cpu());
+    const std::vector<Ray> rays = tiled(random_rays(8192, 1.2f, 0, kFar, 71));
+    expect_same(scene, rays, device.closest(rays));
+    expect_same(scene, rays, device.tiles(rays, 16));
+}
+
+// A tube of radius 1 from z = 0 to 3: from outside, from inside, through the open ends, along the axis, past the rims.
+TEST_P(TraversalTest, CylindersAreOpenTubes) {
+    Scene scene;
+    shapes::add_cylinder(scene, {0, 0, 0}, {0, 0, 1}, 1, 3);
+    build_accel(scene);
+    testing::Traversal device(scene, cpu());
+    const std::vector<Ray> rays{
+        {-5, 0, 1, 0, 1, 0, 0, kFar},         // outside
+        {0.5f, 0, 1, 0, 1, 0, 0, kFar},       // the inner side
+        {-5, 0, 1, 4.5f, 1, 0, 0, kFar},      // t_min within: the far wall
+        {0, 0, -2, 0, 0, 0, 1, kFar},         // along the axis, through both ends
+        {0.5f, 0.25f, -2, 0, 0, 0, 1, kFar},  // beside the axis
+        {0, 0, -1, 0, 0.6f, 0, 0.8f, kFar},   // in at the end, z = 1/3 at the wall
+        {0, 0, -3, 0, 0.6f, 0, 0.8f, kFar},   // the wall only at z < 0
+        {-5, 0, 3.001f, 0, 1, 0, 0, kFar},    // past the upper rim
+        {-5, 0, 2.999f, 0, 1, 0, 0, kFar},    // below it
+        {-2, 0, 5, 0, 0.6f, 0, -0.8f, kFar},  // over the rim: the wall met first is too high, the second is hit
+        {-5, 1.001f, 1, 0, 1, 0, 0, kFar},    // beside
+        {1000, 0, 1, 0, -2, 0, 0, kFar}};     // far, t counts directions
+    const double miss = kFar;
+    const std::vector<double> t{4, 0.5, 6, miss, miss, 1 / 0.6, miss, miss, 4, 3 / 0.6, miss, 999.0 / 2};
+    for (const std::vector<DeviceHit>& hits : {device.closest(rays), device.tiles({rays[0]}, 1)})
+        for (std::size_t i = 0; i < hits.size(); ++i) {
+            if (t[i] == miss)
+                EXPECT_EQ(hits[i].primitive, IR_NO_PRIMITIVE) << "ray " << i;
+            else
+                EXPECT_NEAR(hits[i].t, t[i], 1e-6 * (1 + t[i])) << "ray " << i;
+        }
+    const std::vector<std::uint32_t> occluded = device.occluded(rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(occluded[i], t[i] == miss ? 0u : 1u) << "ray " << i;
+}
+
 // Packets of every size from inside of a sphere and nothing else: each lane hits at the t of geometry, and is occluded
 // from there on.
 TEST_P(TraversalTest, PacketsInsideASphere) {

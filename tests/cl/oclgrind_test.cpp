@@ -33,6 +33,7 @@ const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "
                       "formula_weight"};
 const Names kCache{"insert_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
+const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};
 const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
                   "merge_grid_level",  "count_grid_answers", "grid_means"};
 
@@ -227,6 +228,7 @@ TEST_F(Oclgrind, Path) {
 // ---- kernels that only tests launch, by those tests ----------------------------------------------------------------
 
 TEST_F(Oclgrind, Traversal) { check(TEST_TRAVERSAL, {"--gtest_filter=*Inside*:*IntervalIsOpen*"}, kTraversal); }
+TEST_F(Oclgrind, Shapes) { check(DEVICE_SHAPES_TEST, {}, kShapes); }
 TEST_F(Oclgrind, Cache) { check(TEST_CACHE, {"--gtest_filter=*HoldsIdenticalRecords"}, kCache); }
 TEST_F(Oclgrind, EchoSizes) { check(DEVICE_TEST, {"--gtest_filter=EchoSizes.*"}, kEchoSizes); }
 TEST_F(Oclgrind, Grid) {
@@ -244,8 +246,8 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
-    for (const Names& names :
-         {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes, kGrid})
+    for (const Names& names : {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache,
+                               kEchoSizes, kGrid, kShapes})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {

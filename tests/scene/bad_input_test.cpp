@@ -49,7 +49,13 @@ TEST_F(BadInput, Sensor) {
             "<film type=\"hdrfilm\"><rfilter type=\"gaussian\"><float name=\"stddev\" value=\"-1\"/></rfilter></film>"),
         {"stddev is -1"});
     expect_message(with("<film type=\"hdrfilm\"><integer name=\"crop_width\" value=\"5\"/></film>"), {"crop window"});
-    expect_message(error("<sensor type=\"thinlens\"/>" + lamp), {"scene.xml:2:", "thinlens", "supported: perspective"});
+    expect_message(error("<sensor type=\"orthographic\"/>" + lamp),
+                   {"scene.xml:2:", "orthographic", "supported: perspective, thinlens"});
+    expect_message(error("<sensor type=\"thinlens\"/>" + lamp), {"scene.xml:2:", "thinlens", "aperture_radius"});
+    expect_message(error("<sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"1\"/>\n"
+                         "<float name=\"focus_distance\" value=\"0\"/></sensor>" +
+                         lamp),
+                   {"scene.xml:3:", "focus_distance is 0"});
     load(sensor + "\n" + sensor + lamp);
     ASSERT_EQ(warnings_.size(), 1u);
     expect_message(warnings_[0], {"scene.xml:3:", "more than one sensor"});
@@ -116,8 +122,10 @@ TEST_F(BadInput, UnsupportedNamesWhatIs) {
     expect_message(error(sensor + lamp + "\n<bsdf type=\"dielectric\" id=\"glass\"/>"),
                    {"scene.xml:3:", "<bsdf type=\"dielectric\" id=\"glass\">", "supported: diffuse, twosided",
                     "--lenient", "0.8"});
-    expect_message(error(sensor + lamp + "\n<shape type=\"cylinder\"/>"),
-                   {"scene.xml:3:", "cylinder", "rectangle, cube, sphere"});
+    expect_message(error(sensor + lamp + "\n<shape type=\"sphare\"/>"),
+                   {"scene.xml:3:", "<shape type=\"sphare\"> is not supported; did you mean 'sphere'?",
+                    "rectangle, cube, sphere", "--lenient"});
+    expect_message(error(sensor + lamp + "\n<shape type=\"sdfgrid\"/>"), {"sdfgrid", "supported: rectangle"});
     expect_message(error(sensor + lamp + "\n<emitter type=\"envmap\"/>"), {"scene.xml:3:", "envmap", "constant"});
     expect_message(error(sensor + lamp + "\n<medium type=\"homogeneous\"/>"), {"scene.xml:3:", "medium"});
     expect_message(

@@ -99,7 +99,7 @@ TEST_F(Lenient, EnvironmentMapBecomesItsMean) {
 
 TEST_F(Lenient, UnknownThingsAreLeftOut) {
     const Scene s = load(sensor + lamp + R"(
-        <shape type="cylinder"/><emitter type="sunsky"/><medium type="homogeneous"/><shap type="cube"/>
+        <shape type="sdfgrid"/><emitter type="sunsky"/><medium type="homogeneous"/><shap type="cube"/>
         <shape type="sphere"><float name="raduis" value="3"/></shape>)",
                          lenient());
     EXPECT_EQ(s.triangles.size(), 2u);

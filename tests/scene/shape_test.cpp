@@ -136,6 +136,34 @@ TEST_F(Shape, DiskKeepsItsEllipse) {
                 {0, 0, -1}, 1e-7);  // Mitsuba: the same
 }
 
+// Numbers of whole cylinders against Mitsuba's: device_shapes_test.cpp.
+TEST_F(Shape, CylinderTakesEndsRadiusAndScaleAlongItsAxis) {
+    const Scene s = shape("cylinder", R"(<point name="p0" x="1" y="0" z="0"/><point name="p1" x="1" y="0" z="2"/>
+        <float name="radius" value=".5"/>)" +
+                                          to_world(R"(<scale x="2" y="2" z="3"/><translate y="1"/>)"));
+    ASSERT_EQ(s.analytics.size(), 1u);
+    const auto& a = s.analytics[0];
+    EXPECT_EQ(a.kind, IR_ANALYTIC_CYLINDER);
+    EXPECT_FLOAT_EQ(a.radius, 1.0f);
+    EXPECT_FLOAT_EQ(a.length, 6.0f);
+    expect_near({a.nx, a.ny, a.nz}, {0, 0, 1}, 1e-7);
+    expect_near({a.px + s.centre[0], a.py + s.centre[1], a.pz + s.centre[2]}, {2, 1, 0}, 1e-6);
+    ASSERT_EQ(s.lights.size(), 1u);
+    EXPECT_EQ(s.lights[0].kind, IR_LIGHT_CYLINDER);
+    expect_near({s.lights[0].e1x, s.lights[0].e1y, s.lights[0].e1z}, {0, 0, 6}, 1e-6);
+    EXPECT_FLOAT_EQ(s.lights[0].radius, 1.0f);
+    EXPECT_NEAR(s.lights[0].area, 12 * std::numbers::pi, 1e-5);
+}
+
+TEST_F(Shape, CylindersThatAreNoneAreRefused) {
+    const auto refused = [&](const std::string& inside) { return error_of([&] { shape("cylinder", inside); }); };
+    expect_message(refused("<float name=\"radius\" value=\"0\"/>"), {"radius is 0", "positive"});
+    expect_message(refused("<point name=\"p1\" value=\"0, 0, 0\"/>"), {"p0 and p1 are the same point"});
+    expect_message(refused(to_world("<scale x=\"2\"/>")), {"elliptical"});
+    expect_message(refused(to_world("<matrix value=\"1 0 .5  0 1 0  0 0 1\"/>")), {"shears"});
+    EXPECT_NO_THROW(shape("cylinder", to_world("<scale z=\"2\"/>")));
+}
+
 TEST_F(Shape, TiltedDiskBoundsAreTight) {
     // A unit disk tilted by 45 degrees about x reaches 1 in x and sqrt(1/2) in y and z.
     const Scene s = shape("disk", to_world("<rotate x=\"1\" angle=\"45\"/>"));
