@@ -2,6 +2,7 @@
 #ifndef IR_SURFACE_H
 #define IR_SURFACE_H
 #include "coat.h"
+#include "cylinder.h"
 #include "tangents.h"
 #include "texture.h"
 #include "trace.h"
@@ -91,6 +92,8 @@ IR_FN HitGeometry analytic_geometry(const SceneData* s, const Hit* hit, Surface*
 #if IR_FEATURES & IR_FEATURE_TEXTURES
         sphere_uv(&q, out, &g.u, &g.v);
 #endif
+    } else if (q.kind == IR_ANALYTIC_CYLINDER) {
+        cylinder_surface(&q, &f->p, &f->ng, &g.u, &g.v);
     } else {
         f->ng = make_real3(q.nx, q.ny, q.nz);
 #if IR_FEATURES & IR_FEATURE_TEXTURES

@@ -54,6 +54,7 @@ struct RenderSettings {
     int grid_paths = 1 << 18;       ///< paths that fill the grid
     float min_spacing = 1.5f;       ///< least support of a record, pixels
     float max_spacing = 30.0f;      ///< largest support of a record, pixels
+    bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
     std::vector<std::string> aovs;  ///< of aov_names()
 };
 

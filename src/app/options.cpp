@@ -263,6 +263,9 @@ void declare_device(CLI::App& app, Options& o, std::string& traversal) {
     device.value("--device", o.device.select, "NAME|INDEX",
                  "OpenCL device: number of --list-devices or part of its name [a GPU if there is one, else the CPU]");
     device.flag("--list-devices", o.list_devices, "Print the OpenCL devices and stop");
+    device.off("--no-specialise", o.settings.specialise,
+               "Compile kernels for everything that a scene may contain, not for what this one does: the same picture, "
+               "slower (to measure by how much)");
     device.value("--threads", o.device.threads, "N", "CPU devices and scene building: threads; 0 all")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();

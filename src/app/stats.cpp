@@ -54,6 +54,7 @@ Json settings_json(const Options& o, int spp) {
             {"grid", s.grid},
             {"grid_paths", s.grid_paths},
             {"share_lookups", s.share_lookups},
+            {"specialise", s.specialise},
             {"aovs", s.aovs}};
 }
 

@@ -35,8 +35,27 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
     phase("upload");
 }
 
+namespace {
+
+/// The kernels' variant that serves a scene: one of a few, so that scenes share compiled kernels. What each costs that
+/// a scene does not need is in docs/measurements.md.
+std::uint32_t kernel_features(const Scene& scene, bool specialise) {
+    constexpr std::uint32_t diffuse = IR_FEATURE_ANALYTIC | IR_FEATURE_SMOOTH_NORMALS | IR_FEATURE_ENVIRONMENT |
+                                      IR_FEATURE_DELTA_LIGHTS | IR_FEATURE_TEXTURES,
+                            materials = diffuse | IR_FEATURE_BSDFS | IR_FEATURE_BUMPS | IR_FEATURE_ENVMAP |
+                                        IR_FEATURE_TEXTURED_LIGHTS,
+                            everything = materials | IR_FEATURE_MASKS | IR_FEATURE_THIN_LENS;
+    if (!specialise) return everything;
+    for (const std::uint32_t group : {0u, diffuse, materials})
+        if ((scene.features & ~group) == 0) return group;
+    return everything;
+}
+
+}  // namespace
+
 std::map<std::string, std::string> Run::scene_defines() const {
-    std::map<std::string, std::string> defines{{"IR_FEATURES", std::to_string(scene.features) + "u"}};
+    const std::uint32_t features = kernel_features(scene, settings.specialise);
+    std::map<std::string, std::string> defines{{"IR_FEATURES", std::to_string(features) + "u"}};
     if (aovs()) defines["IR_AOVS"] = "1";
     return defines;
 }

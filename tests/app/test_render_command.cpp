@@ -54,6 +54,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--grid-paths",
                                                "--firefly",
                                                "--no-share-lookups",
+                                               "--no-specialise",
                                                "--device",
                                                "--list-devices",
                                                "--threads",

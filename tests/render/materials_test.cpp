@@ -1,0 +1,238 @@
+// Materials in pictures: white surroundings that no lossless material can change, and the caches on surfaces that are
+// not plainly diffuse against path tracing of the same scene.
+#include <cmath>
+
+#include "render_fixture.h"
+
+namespace irradia::test {
+namespace {
+
+std::string sensor(int size, const std::string& origin, const std::string& target, double fov) {
+    return R"(<sensor type="perspective"><float name="fov" value=")" + std::to_string(fov) +
+           R"("/><transform name="to_world"><lookat origin=")" + origin + R"(" target=")" + target +
+           R"(" up="0,1,0"/></transform><film type="hdrfilm"><integer name="width" value=")" + std::to_string(size) +
+           R"("/><integer name="height" value=")" + std::to_string(size) +
+           R"("/><rfilter type="box"/></film></sensor>)";
+}
+
+// ---- white surroundings
+// ----------------------------------------------------------------------------------------------
+
+struct Lossless {
+    const char* name;
+    const char* bsdf;
+};
+
+class WhiteFurnace : public ::testing::TestWithParam<Lossless> {};
+
+// A sphere in surroundings of radiance 1: what it neither absorbs nor emits, it cannot be told from them. Mirrors and
+// glass are exact at every sample.
+TEST_P(WhiteFurnace, CannotBeSeen) {
+    const Scene scene = load_text(R"(<scene version="3.0.0">)" + sensor(16, "0,0,4", "0,0,0", 35) +
+                                  R"(<emitter type="constant"><rgb name="radiance" value="1"/></emitter>
+        <shape type="sphere">)" + GetParam().bsdf +
+                                  "</shape></scene>");
+    for (const Method method : {Method::path, Method::irradiance}) {
+        RenderSettings s;
+        s.method = method;
+        s.spp = 64;
+        const Image image = run(scene, s).image;
+        for (int channel = 0; channel < 3; ++channel) {
+            const Mean m = channel_mean(image, channel);
+            EXPECT_NEAR(m.mean, 1.0, 2e-5);
+            EXPECT_GT(m.lowest, 1.0 - 2e-4);
+            EXPECT_LT(m.highest, 1.0 + 2e-4);
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Materials, WhiteFurnace,
+    ::testing::Values(
+        Lossless{
+            "mirror",
+            R"(<bsdf type="twosided"><bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf>)"},
+        Lossless{"thin", R"(<bsdf type="thindielectric"/>)"}, Lossless{"nothing", R"(<bsdf type="null"/>)"},
+        Lossless{"masked", R"(<bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="twosided">
+            <bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf></bsdf>)"}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+// Light that refraction traps inside comes out after many bounces: unbiased roulette keeps the mean, sample by sample
+// it varies. So does a rough surface's, which loses some to facets that shade each other.
+TEST(WhiteFurnaceOnAverage, GlassShowsNothingAndRoughSurfacesDarkenOnly) {
+    const auto mean_of = [](const std::string& bsdf) {
+        const Scene scene = load_text(R"(<scene version="3.0.0">)" + sensor(16, "0,0,4", "0,0,0", 20) +
+                                      R"(<emitter type="constant"><rgb name="radiance" value="1"/></emitter>
+            <shape type="sphere">)" + bsdf +
+                                      "</shape></scene>");
+        RenderSettings s;
+        s.method = Method::path;
+        s.spp = 1024;
+        return channel_mean(run(scene, s).image, 1);
+    };
+    const Mean glass = mean_of(R"(<bsdf type="dielectric"/>)");
+    EXPECT_NEAR(glass.mean, 1.0, 5 * glass.error + 1e-4);
+    const std::string rough = R"(<float name="alpha" value="0.3"/><string name="distribution" value="ggx"/>)";
+    for (const std::string& bsdf :
+         {R"(<bsdf type="roughdielectric">)" + rough + "</bsdf>",
+          R"(<bsdf type="roughconductor"><string name="material" value="none"/>)" + rough + "</bsdf>",
+          R"(<bsdf type="roughplastic"><rgb name="diffuse_reflectance" value="1"/>)" + rough + "</bsdf>",
+          std::string(R"(<bsdf type="plastic"><rgb name="diffuse_reflectance" value="1"/></bsdf>)")}) {
+        const Mean m = mean_of(bsdf);
+        EXPECT_LE(m.mean, 1.0 + 5 * m.error + 1e-4) << bsdf;
+        EXPECT_GT(m.mean, 0.85) << bsdf;
+    }
+}
+
+// ---- the caches against path tracing -------------------------------------------------------------------------------
+
+// A closed room of grey walls under a lamp, `floor` its floor, `things` in it.
+std::string room(const std::string& floor, const std::string& things) {
+    const std::string grey =
+        R"(<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value=".6,.55,.5"/></bsdf></bsdf>)";
+    const auto wall = [&](const std::string& transform, const std::string& bsdf) {
+        return R"(<shape type="rectangle"><transform name="to_world">)" + transform + "</transform>" + bsdf +
+               "</shape>";
+    };
+    return R"(<scene version="3.0.0">)" + sensor(64, "0,0.2,2.9", "0,-.35,0", 50) +
+           wall(R"(<rotate x="1" angle="-90"/><translate y="-1"/>)", floor) +
+           wall(R"(<rotate x="1" angle="90"/><translate y="1"/>)", grey) + wall(R"(<translate z="-1"/>)", grey) +
+           wall(R"(<rotate y="1" angle="90"/><translate x="-1"/>)", grey) +
+           wall(R"(<rotate y="1" angle="-90"/><translate x="1"/>)", grey) +
+           R"(<shape type="rectangle"><transform name="to_world"><scale value=".25"/><rotate x="1" angle="90"/>
+              <translate y=".98"/></transform><bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf>
+              <emitter type="area"><rgb name="radiance" value="12"/></emitter></shape>)" +
+           things + "</scene>";
+}
+
+const char* const grey_floor =
+    R"(<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value=".5"/></bsdf></bsdf>)";
+
+struct Comparison {
+    double bias = 0, rmse = 0, noise = 0;  // relative to the mean; noise: standard error of bias
+    std::uint64_t records = 0;
+};
+
+// The picture by irradiance caching against the mean of path-traced ones. Pixels are clamped (both sides alike) so that
+// caustics' fireflies do not hide everything else.
+Comparison compare(const Scene& scene, RenderSettings settings = {}) {
+    constexpr int parts = 4;
+    Device device({});
+    std::vector<std::vector<float>> paths;
+    for (int i = 0; i < parts; ++i) {
+        RenderSettings s;
+        s.method = Method::path;
+        s.spp = 512;
+        s.seed = 100 + static_cast<unsigned>(i);
+        paths.push_back(render(scene, device, s).image.layers[0].data);
+    }
+    settings.spp = 64;
+    const RenderResult result = render(scene, device, settings);
+    const std::vector<float>& cached = result.image.layers[0].data;
+    Comparison c;
+    c.records = result.statistics.records;
+    double reference = 0, squares = 0, difference = 0;
+    double part_means[parts] = {};
+    for (std::size_t i = 0; i < cached.size(); ++i) {
+        double mean = 0, product = 0, part[parts];
+        for (int k = 0; k < parts; ++k) {
+            part[k] = static_cast<double>(paths[static_cast<std::size_t>(k)][i]);
+            mean += part[k] / parts;
+            part_means[k] += part[k];
+        }
+        const double x = static_cast<double>(cached[i]);
+        for (int k = 0; k < parts; k += 2) product += (x - part[k]) * (x - part[k + 1]) / (parts / 2);
+        reference += mean;
+        difference += x - mean;
+        squares += product;
+    }
+    const double n = static_cast<double>(cached.size());
+    c.bias = difference / reference;
+    c.rmse = std::sqrt(std::max(squares / n, 0.0)) / (reference / n);
+    double spread = 0;
+    for (const double m : part_means) spread += (m - reference) * (m - reference);
+    c.noise = std::sqrt(spread / (parts * (parts - 1.0))) / reference;
+    return c;
+}
+
+struct Hard {
+    const char* name;
+    std::string floor, things;
+    double bias, rmse;  // bounds, about 1.5 times what was measured when the test was written
+};
+
+class CachedSurfaces : public ::testing::TestWithParam<Hard> {};
+
+TEST_P(CachedSurfaces, AgreeWithPathTracing) {
+    const Comparison c = compare(load_text(room(GetParam().floor, GetParam().things)));
+    RecordProperty("bias_percent", std::to_string(100 * c.bias));
+    RecordProperty("rmse_percent", std::to_string(100 * c.rmse));
+    std::printf("%-14s bias %+.2f %% +- %.2f %%, RMSE %.1f %%, %llu records\n", GetParam().name, 100 * c.bias,
+                100 * c.noise, 100 * c.rmse, static_cast<unsigned long long>(c.records));
+    EXPECT_NEAR(c.bias, 0.0, GetParam().bias + 3 * c.noise);
+    EXPECT_LT(c.rmse, GetParam().rmse);
+}
+
+std::string sphere(const std::string& bsdf) {
+    return R"(<shape type="sphere"><point name="center" value="0,-.6,0"/><float name="radius" value=".4"/>)" + bsdf +
+           "</shape>";
+}
+std::string plastic(const std::string& kind, const std::string& rest) {
+    return R"(<bsdf type="twosided"><bsdf type=")" + kind + R"("><rgb name="diffuse_reflectance" value=".5,.3,.2"/>
+        <boolean name="nonlinear" value="true"/>)" +
+           rest + "</bsdf></bsdf>";
+}
+const std::string glossy = R"(<string name="distribution" value="ggx"/><float name="alpha" value="0.2"/>)";
+
+INSTANTIATE_TEST_SUITE_P(
+    Hard, CachedSurfaces,
+    ::testing::Values(
+        Hard{"corners", grey_floor, "", 0.01, 0.05}, Hard{"sphere", grey_floor, sphere(grey_floor), 0.01, 0.06},
+        Hard{"plastic", plastic("plastic", ""), "", 0.01, 0.06},
+        Hard{"rough_plastic", plastic("roughplastic", glossy), sphere(plastic("roughplastic", glossy)), 0.01, 0.06},
+        Hard{"mirror", grey_floor,
+             R"(<shape type="rectangle"><transform name="to_world"><scale value=".7"/><rotate y="1" angle="80"/>
+                <translate x="-.9" y="-.2"/></transform><bsdf type="twosided"><bsdf type="conductor"/></bsdf></shape>)",
+             0.01, 0.08},
+        Hard{"metal", grey_floor,
+             sphere(R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>)" + glossy + "</bsdf>"), 0.015,
+             0.12},
+        Hard{"checkerboard",
+             R"(<bsdf type="twosided"><bsdf type="diffuse"><texture name="reflectance" type="checkerboard">
+                <transform name="to_uv"><scale value="4"/></transform></texture></bsdf></bsdf>)",
+             "", 0.01, 0.05}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+// What is seen in a flat mirror is spaced by its image's pixels: a mirror that doubles the room's visible part adds
+// about as many records as that part would have, not one a pixel.
+TEST(Mirror, DoesNotMultiplyRecords) {
+    RenderSettings s;
+    s.spp = 16;
+    const std::string mirror = R"(<shape type="rectangle"><transform name="to_world"><scale x=".95" y=".95"/>
+        <translate z="-.99"/></transform><bsdf type="twosided"><bsdf type="conductor"/></bsdf></shape>)";
+    const std::uint64_t without = run(load_text(room(grey_floor, "")), s).statistics.records;
+    const std::uint64_t with = run(load_text(room(grey_floor, mirror)), s).statistics.records;
+    EXPECT_LT(with, without * 2);
+}
+
+// Kernels compiled for everything render what the specialised ones render: rounding may differ, nothing else.
+TEST(Specialisation, DoesNotChangeThePicture) {
+    for (const std::string& things : {std::string(), sphere(plastic("roughplastic", glossy))}) {
+        const Scene scene = load_text(room(grey_floor, things));
+        RenderSettings s;
+        s.spp = 8;
+        s.method = Method::path;
+        const std::vector<float> own = run(scene, s).image.layers[0].data;
+        s.specialise = false;
+        const std::vector<float> all = run(scene, s).image.layers[0].data;
+        double difference = 0, sum = 0;
+        for (std::size_t i = 0; i < own.size(); ++i) {
+            difference += static_cast<double>(all[i]) - static_cast<double>(own[i]);
+            sum += static_cast<double>(own[i]);
+        }
+        EXPECT_NEAR(difference / sum, 0.0, 0.01);  // other random numbers: three standard errors
+    }
+}
+
+}  // namespace
+}  // namespace irradia::test
