@@ -1,5 +1,6 @@
 // What the parts of the loader hand to each other: world space, double precision; load_scene.cpp rounds at the end.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -18,11 +19,17 @@ struct Mesh {
     std::vector<glm::dvec3> positions;
     std::vector<glm::dvec3> normals;  // as many as positions, or none
     std::vector<glm::dvec2> uvs;      // as many as positions, or none
+    std::vector<glm::vec3> colours;   // as many as positions, or none; linear
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
-/// Reads a mesh file as it stands (no transform, v not flipped). Throws Error "file: ..." without the scene's line.
-Mesh read_ply(const std::string& path);
-Mesh read_obj(const std::string& path);
+/// A whole file. Throws Error if it cannot be read or is empty.
+std::string read_file(const std::string& path);
+/// Reads a mesh file as it stands (no transform, v not flipped), its vertex colours if asked for. Throws Error
+/// "file: ..." without the scene's line.
+Mesh read_ply(const std::string& path, bool colours);
+Mesh read_obj(const std::string& path, bool colours);
+/// Mesh number `index`, from 0 on, of a file of several.
+Mesh read_serialized(const std::string& path, long long index, bool colours);
 /// Every position, normal and texture coordinate finite, every index in range, at least one triangle. Throws Error.
 void check_mesh(const std::string& path, const Mesh& mesh);
 /// Angle-weighted vertex normals (Thuermer and Wuethrich), as Mitsuba computes them where a file has none.
@@ -33,7 +40,8 @@ void fill_normals(Mesh& mesh);
 struct TextureSpec {
     std::string path;
     bool raw = false;
-    bool unbounded = false;  // radiance, heights: values are not held in [0, 1]
+    bool unbounded = false;       // radiance, heights: values are not held in [0, 1]
+    bool vertex_colours = false;  // no file: the meshes' own colours, Texture::format IR_TEXTURE_VERTEX_COLOUR
     std::uint32_t wrap = IR_WRAP_REPEAT, filter = IR_FILTER_BILINEAR;
     glm::dmat4 to_uv{1.0};
     const Node* node = nullptr;
@@ -42,6 +50,11 @@ struct TextureSpec {
 class TextureTable {
 public:
     int add(const TextureSpec& spec);
+    [[nodiscard]] const TextureSpec& spec(int texture) const { return specs_[static_cast<std::size_t>(texture)]; }
+    /// Does any of them read vertex colours?
+    [[nodiscard]] bool vertex_colours() const {
+        return std::any_of(specs_.begin(), specs_.end(), [](const TextureSpec& s) { return s.vertex_colours; });
+    }
     /// Reads all, appends to scene.textures and scene.texels.
     void load(const Context& context, Scene& scene) const;
 
@@ -94,17 +107,26 @@ struct Shape {
     std::optional<glm::dvec3> radiance;    // area emitter, W·m⁻²·sr⁻¹; of a texture its mean
     int radiance_texture = IR_NO_TEXTURE;  // replaces it, if there is one
 
-    Mesh mesh;                             // mesh, rectangle (4 corners in order, 2 triangles)
-    std::vector<glm::dvec3> face_normals;  // unit, one a triangle, on the side the surface faces
-    bool flat = false;                     // mesh.normals are not to be used
-    glm::dvec3 centre{0.0};                // sphere, disk; cylinder: of its base
-    glm::dvec3 axis_u{0.0}, axis_v{0.0};   // disk: half axes; unit axes of the uv frame: sphere x, z, cylinder x, y
-    glm::dvec3 normal{0.0};                // disk; cylinder: unit axis
-    double radius = 0.0, sign = 1.0;       // sphere, cylinder; sign -1: normals point inward
-    double length = 0.0;                   // cylinder
+    Mesh mesh;                            // mesh, rectangle (4 corners in order, 2 triangles)
+    bool flat = false;                    // mesh.normals are not to be used
+    glm::dvec3 centre{0.0};               // sphere, disk; cylinder: of its base
+    glm::dvec3 axis_u{0.0}, axis_v{0.0};  // disk: half axes; unit axes of the uv frame: sphere x, z, cylinder x, y
+    glm::dvec3 normal{0.0};               // disk; cylinder: unit axis
+    double radius = 0.0;                  // sphere, cylinder
+    double length = 0.0;                  // cylinder
+    double sign = 1.0;                    // -1: all but disks look to the other side; mesh.normals do so already
+
+    /// Unit normal of a triangle, on the side the surface faces: where the vertex normals point, as in Mitsuba, whose
+    /// frames and emitters follow the shading normal; without them where the corners run counter-clockwise.
+    [[nodiscard]] glm::dvec3 face_normal(std::size_t triangle) const;
 };
 /// Every shape of the scene in file order, meshes read in parallel.
-std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials);
+std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials,
+                               const TextureTable& textures);
+/// Puts the vertex colours into scene.texels, three floats a vertex in the order of `shapes`, and says to the textures
+/// of format IR_TEXTURE_VERTEX_COLOUR where they begin. Shapes without colours whose material asks for them: Error.
+void add_vertex_colours(const std::vector<Shape>& shapes, const std::vector<shared::Material>& materials,
+                        const TextureTable& textures, Scene& scene);
 
 // ---- lights and camera ------------------------------------------------------------------------------------------
 /// A point, directional or constant light, in world space. `position` holds the direction of a directional light.

@@ -71,7 +71,7 @@ private:
             if (!(u >= 0.0 && u <= 1.0)) continue;
             const glm::dvec3 q = glm::cross(s, e1);
             const double v = glm::dot(direction_, q) / determinant;
-            if (v >= 0.0 && u + v <= 1.0) hit(shape, glm::dot(e2, q) / determinant, shape.face_normals[i]);
+            if (v >= 0.0 && u + v <= 1.0) hit(shape, glm::dot(e2, q) / determinant, shape.face_normal(i));
         }
     }
 

@@ -1,4 +1,6 @@
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +15,22 @@ namespace irradia {
 namespace loader {
 namespace {
 
+struct Extent {
+    glm::dvec3 lo{std::numeric_limits<double>::infinity()}, hi{-std::numeric_limits<double>::infinity()};
+    void grow(const glm::dvec3& p, const glm::dvec3& reach) {
+        lo = glm::min(lo, p - reach);
+        hi = glm::max(hi, p + reach);
+    }
+};
+
+/// Calls f(i) for every i below `count`, on all cores if they are many.
+template <class F>
+void in_parallel(std::size_t count, const F& f) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1 << 14), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
+    });
+}
+
 /// The parts of a scene, put together and rounded.
 class Assembler {
 public:
@@ -21,8 +39,22 @@ public:
 
     void bounds(const std::vector<Shape>& shapes) {
         for (const auto& shape : shapes) {
-            for (const auto& t : shape.mesh.triangles)
-                for (const auto v : t) grow(shape.mesh.positions[v], glm::dvec3(0.0));
+            const Extent extent = tbb::parallel_reduce(
+                tbb::blocked_range<std::size_t>(0, shape.mesh.triangles.size(), 1 << 14), Extent{},
+                [&](const auto& range, Extent e) {
+                    for (std::size_t i = range.begin(); i != range.end(); ++i)
+                        for (const auto v : shape.mesh.triangles[i]) e.grow(shape.mesh.positions[v], glm::dvec3(0.0));
+                    return e;
+                },
+                [](Extent a, const Extent& b) {
+                    a.lo = glm::min(a.lo, b.lo);
+                    a.hi = glm::max(a.hi, b.hi);
+                    return a;
+                });
+            if (!shape.mesh.triangles.empty()) {
+                grow(extent.lo, glm::dvec3(0.0));
+                grow(extent.hi, glm::dvec3(0.0));
+            }
             if (shape.kind == ShapeKind::sphere) grow(shape.centre, glm::dvec3(shape.radius));
             if (shape.kind == ShapeKind::disk)  // extent of an ellipse along each axis
                 grow(shape.centre, glm::sqrt(shape.axis_u * shape.axis_u + shape.axis_v * shape.axis_v));
@@ -48,6 +80,16 @@ public:
         info.max_x = hi.x;
         info.max_y = hi.y;
         info.max_z = hi.z;
+    }
+
+    void reserve(const std::vector<Shape>& shapes) {
+        std::size_t vertices = 0, triangles = 0;
+        for (const auto& shape : shapes) {
+            vertices += shape.mesh.positions.size();
+            triangles += shape.mesh.triangles.size();
+        }
+        scene_.vertices.reserve(vertices);
+        scene_.triangles.reserve(triangles);
     }
 
     void add(const Shape& shape) {
@@ -154,7 +196,8 @@ private:
             fail(*shape.node, "the scene has more vertices than 32-bit indices can count");
         const auto base = static_cast<std::uint32_t>(scene_.vertices.size());
         const bool normals = !shape.flat && !mesh.normals.empty(), uvs = !mesh.uvs.empty();
-        for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        scene_.vertices.resize(base + mesh.positions.size());
+        in_parallel(mesh.positions.size(), [&](std::size_t i) {
             shared::Vertex v{};
             set3(v.px, v.py, v.pz, mesh.positions[i] - centre_);
             if (normals) set3(v.nx, v.ny, v.nz, mesh.normals[i]);
@@ -162,12 +205,11 @@ private:
                 v.u = static_cast<float>(mesh.uvs[i].x);
                 v.v = static_cast<float>(mesh.uvs[i].y);
             }
-            scene_.vertices.push_back(v);
-        }
-        bool second_half = false;  // of the rectangle that began with the previous triangle
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            scene_.vertices[base + i] = v;
+        });
+        const auto without_light = [&](std::size_t i) {
             const auto& t = mesh.triangles[i];
-            const glm::dvec3& n = shape.face_normals[i];
+            const glm::dvec3 n = shape.face_normal(i);
             shared::Triangle triangle{};
             set3(triangle.nx, triangle.ny, triangle.nz, n);
             bool flat = !normals;
@@ -185,6 +227,20 @@ private:
             triangle.v1 = base + t[1];
             triangle.v2 = base + t[2];
             triangle.material = shape.material;
+            triangle.light = IR_NO_LIGHT;
+            return triangle;
+        };
+        if (!emits) {
+            const std::size_t first = scene_.triangles.size();
+            scene_.triangles.resize(first + mesh.triangles.size());
+            in_parallel(mesh.triangles.size(), [&](std::size_t i) { scene_.triangles[first + i] = without_light(i); });
+            return;
+        }
+        bool second_half = false;  // of the rectangle that began with the previous triangle
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            const auto& t = mesh.triangles[i];
+            const glm::dvec3 n = shape.face_normal(i);
+            shared::Triangle triangle = without_light(i);
             triangle.light = second_half ? static_cast<int>(scene_.lights.size() - 1) : IR_NO_LIGHT;
             if (emits && !second_half) {
                 const auto quad =
@@ -284,20 +340,25 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     // Materials nobody uses are read too: a mistake in one is a mistake.
     for (const auto& node : document.root.children)
         if (node.tag == "bsdf") materials.material(&node);
-    const std::vector<Shape> shapes = read_shapes(context, document, materials);
+    std::vector<Shape> shapes = read_shapes(context, document, materials, textures);
     const std::vector<FreeLight> lights = read_free_lights(context, document);
     if (shapes.empty()) throw Error(fmt::format("{}: the scene has no shapes", path));
     textures.load(context, scene);
+    add_vertex_colours(shapes, materials.materials, textures, scene);
 
-    Assembler assembler(context, document, scene);
-    assembler.bounds(shapes);
-    for (const auto& shape : shapes) assembler.add(shape);
-    for (const auto& light : lights) assembler.add(light);
-    if (scene.lights.empty())
-        throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));
     const bool environment = std::any_of(lights.begin(), lights.end(),
                                          [](const FreeLight& light) { return light.kind == IR_LIGHT_CONSTANT; });
     check_camera(camera, shapes, materials.materials, environment);
+    Assembler assembler(context, document, scene);
+    assembler.bounds(shapes);
+    assembler.reserve(shapes);
+    for (auto& shape : shapes) {
+        assembler.add(shape);
+        shape.mesh = Mesh{};  // large scenes: not twice in memory
+    }
+    for (const auto& light : lights) assembler.add(light);
+    if (scene.lights.empty())
+        throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));
     assembler.camera(camera);
     scene.materials = std::move(materials.materials);
     set_selection_probabilities(scene.lights, 0.5 * static_cast<double>(scene.info.diagonal));

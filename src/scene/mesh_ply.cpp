@@ -1,11 +1,13 @@
-// PLY: ascii, binary little and big endian; vertex x y z, nx ny nz, u v (or s t); faces of any number of corners.
+// PLY: ascii, binary little and big endian; vertex x y z, nx ny nz, u v (or s t), r g b (or red green blue); faces of
+// any number of corners.
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <fstream>
 #include <sstream>
 
 #include "scene/build.h"
@@ -46,14 +48,7 @@ std::size_t size_of(Type type) {
 
 class PlyReader {
 public:
-    explicit PlyReader(const std::string& path) : path_(path) {
-        std::ifstream stream(path, std::ios::binary);
-        if (!stream) throw Error(fmt::format("mesh '{}' cannot be read", path));
-        std::stringstream buffer;
-        buffer << stream.rdbuf();
-        data_ = buffer.str();
-        if (data_.empty()) throw Error(fmt::format("mesh '{}' is empty", path));
-    }
+    PlyReader(const std::string& path, bool colours) : path_(path), data_(read_file(path)), colours_(colours) {}
 
     Mesh read() {
         read_header();
@@ -77,6 +72,7 @@ public:
 private:
     std::string path_, data_;
     std::size_t at_ = 0;
+    bool colours_;
     Format format_ = Format::ascii;
     std::vector<Element> elements_;
     const char* element_ = "";  // where the reader is, for messages
@@ -158,11 +154,9 @@ private:
     }
 
     template <class T>
-    T binary() {
-        if (data_.size() - at_ < sizeof(T)) bad("is truncated in " + place());
+    [[nodiscard]] T binary(std::size_t at) const {
         unsigned char bytes[sizeof(T)];
-        std::memcpy(bytes, data_.data() + at_, sizeof(T));
-        at_ += sizeof(T);
+        std::memcpy(bytes, data_.data() + at, sizeof(T));
         if ((format_ == Format::big) == (std::endian::native == std::endian::little))
             std::reverse(bytes, bytes + sizeof(T));
         T value;
@@ -187,23 +181,30 @@ private:
             at_ = end;
             return value;
         }
+        if (data_.size() - at_ < size_of(type)) bad("is truncated in " + place());
+        const double value = binary_number(type, at_);
+        at_ += size_of(type);
+        return value;
+    }
+
+    [[nodiscard]] double binary_number(Type type, std::size_t at) const {
         switch (type) {
             case Type::i8:
-                return binary<std::int8_t>();
+                return binary<std::int8_t>(at);
             case Type::u8:
-                return binary<std::uint8_t>();
+                return binary<std::uint8_t>(at);
             case Type::i16:
-                return binary<std::int16_t>();
+                return binary<std::int16_t>(at);
             case Type::u16:
-                return binary<std::uint16_t>();
+                return binary<std::uint16_t>(at);
             case Type::i32:
-                return binary<std::int32_t>();
+                return binary<std::int32_t>(at);
             case Type::u32:
-                return binary<std::uint32_t>();
+                return binary<std::uint32_t>(at);
             case Type::f32:
-                return static_cast<double>(binary<float>());
+                return static_cast<double>(binary<float>(at));
             case Type::f64:
-                return binary<double>();
+                return binary<double>(at);
         }
         return 0.0;
     }
@@ -221,6 +222,7 @@ private:
     }
 
     void skip(const Element& element) {
+        check_count(element);
         element_ = element.name.c_str();
         for (std::size_t i = 0; i < element.count; ++i) {
             index_ = i;
@@ -241,9 +243,12 @@ private:
     void read_vertices(const Element& element, Mesh& mesh) {
         check_count(element);
         element_ = "vertex";
-        static const std::pair<const char*, int> slots[] = {{"x", 0},  {"y", 1}, {"z", 2}, {"nx", 3}, {"ny", 4},
-                                                            {"nz", 5}, {"u", 6}, {"v", 7}, {"s", 6},  {"t", 7}};
+        static const std::pair<const char*, int> slots[] = {
+            {"x", 0}, {"y", 1}, {"z", 2}, {"nx", 3}, {"ny", 4}, {"nz", 5},  {"u", 6},     {"v", 7},
+            {"s", 6}, {"t", 7}, {"r", 8}, {"g", 9},  {"b", 10}, {"red", 8}, {"green", 9}, {"blue", 10}};
         std::vector<int> slot(element.properties.size(), -1);
+        double scale[11];  // colours in whole numbers: [0, 255], [0, 65535]
+        std::fill(std::begin(scale), std::end(scale), 1.0);
         unsigned int present = 0;
         for (std::size_t i = 0; i < slot.size(); ++i)
             for (const auto& [name, index] : slots)
@@ -251,23 +256,90 @@ private:
                     (present & (1u << index)) == 0) {
                     slot[i] = index;
                     present |= 1u << index;
+                    if (index >= 8 && element.properties[i].type == Type::u8) scale[index] = 1.0 / 255.0;
+                    if (index >= 8 && element.properties[i].type == Type::u16) scale[index] = 1.0 / 65535.0;
                 }
         if ((present & 7u) != 7u) bad("has vertices without x, y, z");
         const bool normals = (present & 0x38u) == 0x38u, uvs = (present & 0xc0u) == 0xc0u;
-        mesh.positions.reserve(element.count);
+        const bool colours = colours_ && (present & 0x700u) == 0x700u;
+        if (mesh.positions.size() > 0) bad("has vertices twice");
+        mesh.positions.resize(element.count);
+        if (normals) mesh.normals.resize(element.count);
+        if (uvs) mesh.uvs.resize(element.count);
+        if (colours) mesh.colours.resize(element.count);
+        const auto store = [&](std::size_t i, const double(&value)[11]) {
+            mesh.positions[i] = {value[0], value[1], value[2]};
+            if (normals) mesh.normals[i] = {value[3], value[4], value[5]};
+            if (uvs) mesh.uvs[i] = {value[6], value[7]};
+            if (colours) mesh.colours[i] = {value[8] * scale[8], value[9] * scale[9], value[10] * scale[10]};
+        };
+        if (const std::size_t stride = stride_of(element); stride > 0) {  // all threads at once
+            tbb::parallel_for(tbb::blocked_range<std::size_t>(0, element.count, 1 << 13), [&](const auto& range) {
+                for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                    double value[11] = {};
+                    std::size_t at = at_ + i * stride;
+                    for (std::size_t k = 0; k < slot.size(); ++k) {
+                        const Type type = element.properties[k].type;
+                        if (slot[k] >= 0) value[slot[k]] = binary_number(type, at);
+                        at += size_of(type);
+                    }
+                    store(i, value);
+                }
+            });
+            at_ += element.count * stride;
+            return;
+        }
         for (std::size_t i = 0; i < element.count; ++i) {
             index_ = i;
-            double value[8] = {};
+            double value[11] = {};
             for (std::size_t k = 0; k < slot.size(); ++k) {
                 if (slot[k] < 0)
                     skip_property(element.properties[k]);
                 else
                     value[slot[k]] = number(element.properties[k].type);
             }
-            mesh.positions.emplace_back(value[0], value[1], value[2]);
-            if (normals) mesh.normals.emplace_back(value[3], value[4], value[5]);
-            if (uvs) mesh.uvs.emplace_back(value[6], value[7]);
+            store(i, value);
         }
+    }
+
+    /// Bytes of an instance, if that is the same for all and all are there; otherwise 0.
+    [[nodiscard]] std::size_t stride_of(const Element& element) const {
+        std::size_t bytes = 0;
+        for (const auto& property : element.properties) {
+            if (property.list) return 0;
+            bytes += size_of(property.type);
+        }
+        return format_ != Format::ascii && element.count <= (data_.size() - at_) / bytes ? bytes : 0;
+    }
+
+    /// The usual: nothing but triangles, their indices of four bytes behind a count of one. False: it is not so.
+    bool read_triangles(const Element& element, Mesh& mesh) {
+        const Property& p = element.properties[0];
+        if (format_ == Format::ascii || element.properties.size() != 1 || size_of(p.count_type) != 1 ||
+            (p.type != Type::i32 && p.type != Type::u32))
+            return false;
+        constexpr std::size_t kStride = 13;
+        if (element.count > (data_.size() - at_) / kStride) return false;
+        // As long as all counts before were three, the next one lies here.
+        for (std::size_t i = 0; i < element.count; ++i)
+            if (data_[at_ + i * kStride] != 3) return false;
+        mesh.triangles.resize(element.count);
+        const std::size_t begin = at_;
+        std::atomic<bool> negative = false;
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, element.count, 1 << 13), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const auto index = binary<std::uint32_t>(begin + i * kStride + 1 + 4 * c);
+                    if (p.type == Type::i32 && index > 0x7fffffffu) negative = true;
+                    mesh.triangles[i][c] = index;
+                }
+        });
+        if (negative) {  // the slow way says where
+            mesh.triangles.clear();
+            return false;
+        }
+        at_ += element.count * kStride;
+        return true;
     }
 
     void read_faces(const Element& element, Mesh& mesh) {
@@ -279,6 +351,8 @@ private:
             if (p.list && (p.name == "vertex_indices" || p.name == "vertex_index")) indices = k;
         }
         if (indices == element.properties.size()) bad("has faces without vertex_indices");
+        if (mesh.triangles.size() > 0) bad("has faces twice");
+        if (read_triangles(element, mesh)) return;
         mesh.triangles.reserve(element.count);
         std::vector<std::uint32_t> corners;
         for (std::size_t i = 0; i < element.count; ++i) {
@@ -307,6 +381,6 @@ private:
 
 }  // namespace
 
-Mesh read_ply(const std::string& path) { return PlyReader(path).read(); }
+Mesh read_ply(const std::string& path, bool colours) { return PlyReader(path, colours).read(); }
 
 }  // namespace irradia::loader

@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <exception>
 #include <glm/gtc/matrix_inverse.hpp>
@@ -11,15 +12,16 @@
 namespace irradia::loader {
 namespace {
 
-const std::vector<std::string> supported_shapes = {"rectangle", "cube", "sphere",     "disk",    "cylinder",
-                                                   "obj",       "ply",  "shapegroup", "instance"};
+const std::vector<std::string> supported_shapes = {"rectangle", "cube", "sphere",     "disk",       "cylinder",
+                                                   "obj",       "ply",  "serialized", "shapegroup", "instance"};
 
 /// What the file says about a shape, before any mesh is read.
 struct Request {
     Shape shape;
-    std::string type, path;  // path: obj and ply
+    std::string type, path;  // path: of a mesh file
     glm::dmat4 to_world{1.0};
     bool flip_normals = false, flip_v = false;
+    long long index = 0;      // serialized: of the mesh within the file
     std::size_t dropped = 0;  // degenerate triangles
 };
 
@@ -56,19 +58,29 @@ Mesh rectangle_mesh() {
     return mesh;
 }
 
+/// Calls f(i) for every i below `count`; small meshes, of which scenes have many, are not worth a task.
+template <class F>
+void in_parallel(std::size_t count, const F& f) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1 << 14), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
+    });
+}
+
 /// Moves a mesh to world space, drops degenerate triangles, decides which way its faces look.
 void place_mesh(Request& request) {
     Shape& shape = request.shape;
     Mesh& mesh = shape.mesh;
     const glm::dmat3 normal_matrix = glm::inverseTranspose(glm::dmat3(request.to_world));
-    for (auto& p : mesh.positions) p = glm::dvec3(request.to_world * glm::dvec4(p, 1.0));
+    in_parallel(mesh.positions.size(), [&](std::size_t i) {
+        mesh.positions[i] = glm::dvec3(request.to_world * glm::dvec4(mesh.positions[i], 1.0));
+    });
     if (request.flip_v)
         for (auto& uv : mesh.uvs) uv.y = 1.0 - uv.y;
-    for (auto& n : mesh.normals) {
-        const glm::dvec3 m = normal_matrix * n;
+    in_parallel(mesh.normals.size(), [&](std::size_t i) {
+        const glm::dvec3 m = normal_matrix * mesh.normals[i];
         const double length = glm::length(m);
-        n = length > 0.0 ? m / length : glm::dvec3(0.0);
-    }
+        mesh.normals[i] = length > 0.0 ? m / length : glm::dvec3(0.0);
+    });
     // Degenerate: collinear or coincident corners, as good as exactly.
     const auto degenerate = [&](const std::array<std::uint32_t, 3>& t) {
         const glm::dvec3 a = mesh.positions[t[1]] - mesh.positions[t[0]],
@@ -76,24 +88,16 @@ void place_mesh(Request& request) {
         const double longest = std::max({glm::dot(a, a), glm::dot(b, b), glm::dot(b - a, b - a)});
         return !(glm::length(glm::cross(a, b)) > 1e-12 * longest);
     };
-    const auto end = std::remove_if(mesh.triangles.begin(), mesh.triangles.end(), degenerate);
-    request.dropped = static_cast<std::size_t>(mesh.triangles.end() - end);
-    mesh.triangles.erase(end, mesh.triangles.end());
+    std::atomic<bool> any = false;  // hardly ever
+    in_parallel(mesh.triangles.size(), [&](std::size_t i) {
+        if (degenerate(mesh.triangles[i])) any = true;
+    });
+    if (any) request.dropped = std::erase_if(mesh.triangles, degenerate);
 
     if (!shape.flat) fill_normals(mesh);
-    // The front is where the vertex normals point, as in Mitsuba, whose frames and emitters follow the shading normal;
-    // without them it is where the (transformed) corners run counter-clockwise.
-    shape.face_normals.reserve(mesh.triangles.size());
-    const double sign = request.flip_normals ? -1.0 : 1.0;
-    for (const auto& t : mesh.triangles) {
-        const glm::dvec3& p = mesh.positions[t[0]];
-        glm::dvec3 n = glm::normalize(glm::cross(mesh.positions[t[1]] - p, mesh.positions[t[2]] - p));
-        if (!mesh.normals.empty() && (!shape.flat || request.type == "cube" || request.type == "rectangle") &&
-            glm::dot(n, mesh.normals[t[0]] + mesh.normals[t[1]] + mesh.normals[t[2]]) < 0.0)
-            n = -n;
-        shape.face_normals.push_back(sign * n);
-    }
-    for (auto& n : mesh.normals) n *= sign;
+    shape.sign = request.flip_normals ? -1.0 : 1.0;
+    if (request.flip_normals)
+        for (auto& n : mesh.normals) n = -n;
 }
 
 void place_sphere(const Context& context, Request& request, Properties& p) {
@@ -166,7 +170,7 @@ void place_cylinder(Request& request, Properties& p) {
 std::optional<Request> read_shape(const Context& context, const Document& document, MaterialTable& materials,
                                   const Node& node, const glm::dmat4& outer) {
     const std::string type = node.get("type");
-    const bool file = type == "obj" || type == "ply";
+    const bool file = type == "obj" || type == "ply" || type == "serialized";
     if (type == "shapegroup" || type == "instance" ||
         std::find(supported_shapes.begin(), supported_shapes.end(), type) == supported_shapes.end()) {
         context.problem(node,
@@ -196,7 +200,10 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     if (file) {
         request.path = document.resolve(node, p.text("filename"));
         shape.flat = p.boolean("face_normals", false);
-        request.flip_v = p.boolean("flip_tex_coords", type == "obj");
+        if (type == "serialized")
+            request.index = p.integer("shape_index", 0);
+        else
+            request.flip_v = p.boolean("flip_tex_coords", type == "obj");
     } else if (type == "rectangle") {
         shape.kind = ShapeKind::rectangle;
         shape.flat = true;
@@ -248,9 +255,11 @@ void read_instance(const Context& context, const Document& document, MaterialTab
     group.finish();
 }
 
-void load_mesh(Request& request) {
+void load_mesh(Request& request, bool colours) {
     if (!request.path.empty()) {
-        request.shape.mesh = request.type == "ply" ? read_ply(request.path) : read_obj(request.path);
+        request.shape.mesh = request.type == "ply"   ? read_ply(request.path, colours)
+                             : request.type == "obj" ? read_obj(request.path, colours)
+                                                     : read_serialized(request.path, request.index, colours);
         check_mesh(request.path, request.shape.mesh);
         if (request.shape.flat) request.shape.mesh.normals.clear();
     }
@@ -259,7 +268,8 @@ void load_mesh(Request& request) {
 
 }  // namespace
 
-std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials) {
+std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials,
+                               const TextureTable& textures) {
     std::vector<Request> requests;
     for (const auto& node : document.root.children) {
         if (node.tag != "shape" || node.get("type") == "shapegroup") continue;
@@ -270,11 +280,12 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
         }
     }
 
+    const bool colours = textures.vertex_colours();
     std::vector<std::exception_ptr> errors(requests.size());
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
         if (is_analytic(requests[i].shape.kind)) return;
         try {
-            load_mesh(requests[i]);
+            load_mesh(requests[i], colours);
         } catch (...) {
             errors[i] = std::current_exception();
         }
