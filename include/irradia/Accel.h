@@ -1,12 +1,15 @@
 // Scene -> bounding volume hierarchy -> the flat arrays that the traversal headers of cl/ read.
 #pragma once
+#include <functional>
+
 #include "irradia/Scene.h"
 
 namespace irradia {
 
-/// Fills scene.accel: Embree builds one binary tree over all primitives (triangles, spheres, disks), which is flattened
+/// Fills scene.accel: Embree builds one binary tree over all primitives (triangles, spheres, disks, cylinders), which is flattened
 /// to a BVH8 (CPU devices) and a BVH2 (GPU devices). The result does not depend on the number of threads.
-/// `threads`: workers of the build, 0 = all. Throws Error if there are more primitives than a leaf can address (2^24).
-void build_accel(Scene& scene, int threads = 0);
+/// `threads`: workers of the build, 0 = all. `progress` hears fractions of [0, 1], from any thread, two at once too.
+/// Throws Error if there are more primitives than a leaf can address (2^24).
+void build_accel(Scene& scene, int threads = 0, const std::function<void(double)>& progress = {});
 
 }  // namespace irradia

@@ -14,8 +14,13 @@ struct Gathered {
     std::array<std::uint32_t, kWidth> primitives{};
     [[nodiscard]] bool fits() const { return count <= kWidth; }
 };
-/// One for each node of the tree.
-std::vector<Gathered> gather(const Scene& scene, const HostTree& tree);
+Gathered gather(const Scene& scene, const HostTree& tree, std::uint32_t node);
+
+/// At most kWidth nodes.
+struct Children {
+    std::uint32_t count = 0;
+    std::array<std::uint32_t, kWidth> nodes{};
+};
 
 /// For each node: is it a leaf of the wide tree, and if not, at which descendants do its children start?
 class Collapse {
@@ -23,17 +28,24 @@ public:
     /// Least expected cost of a random ray (surface area heuristic) over all ways of cutting the binary tree, by
     /// dynamic programming: Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide
     /// BVHs", HPG 2017, section 3.1.
-    static Collapse optimal(const HostTree& tree, const std::vector<Gathered>& below);
+    static Collapse optimal(const Scene& scene, const HostTree& tree);
     /// Three levels of the binary tree make one of the wide tree, which bounds the depth by a third.
-    static Collapse by_level(const HostTree& tree, const std::vector<Gathered>& below);
+    static Collapse by_level(const Scene& scene, const HostTree& tree);
 
+    /// A leaf of the wide tree: a block of triangles, or one analytic primitive.
     [[nodiscard]] bool leaf(std::uint32_t node) const { return leaf_[node]; }
-    /// At most kWidth nodes that replace the two children of an inner node.
-    [[nodiscard]] std::vector<std::uint32_t> children(std::uint32_t node) const;
+    /// What replaces the two children of an inner node.
+    [[nodiscard]] Children children(std::uint32_t node) const;
 
 private:
     explicit Collapse(const HostTree& tree) : tree_(&tree), leaf_(tree.nodes.size()), split_(tree.nodes.size()) {}
-    void append_roots(std::uint32_t node, std::uint32_t roots, std::vector<std::uint32_t>& out) const;
+    /// What the levels above need to know of a node. Not kept: there are millions.
+    struct Below {
+        Gathered gathered;
+        std::array<float, kWidth + 1> cost{};  // [i]: of the best forest of at most i roots that covers the node
+    };
+    Below solve(const Scene& scene, std::uint32_t node, int depth);
+    void append_roots(std::uint32_t node, std::uint32_t roots, Children& out) const;
 
     const HostTree* tree_;
     std::vector<char> leaf_;

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "flatten.h"
 
 namespace irradia::accel {
@@ -27,6 +29,9 @@ public:
         : scene_(scene), tree_(tree), pad_(pad), accel_(accel) {}
 
     void build() {
+        accel_.bvh2_nodes.reserve(tree_.nodes.size() / 2 + 1);
+        accel_.bvh2_triangles.reserve(tree_.primitives.size() -
+                                      std::min(tree_.primitives.size(), scene_.analytics.size()));
         if (tree_.nodes.empty() || tree_.nodes[0].leaf()) {  // a root with one child or none
             accel_.bvh2_nodes.push_back(empty_node());
             if (!tree_.nodes.empty()) set_child(accel_.bvh2_nodes[0], 0, tree_.nodes[0].box, reference(0));

@@ -27,18 +27,40 @@ uint32_t append_block(const Scene& scene, const Gathered& g, Accel& accel) {
 
 class Bvh8Builder {
 public:
-    Bvh8Builder(const Scene& scene, const HostTree& tree, const std::vector<Gathered>& below, const Collapse& collapse,
-                float pad, Accel& accel)
-        : scene_(scene), tree_(tree), below_(below), collapse_(collapse), pad_(pad), accel_(accel) {}
+    Bvh8Builder(const Scene& scene, const HostTree& tree, const Collapse& collapse, float pad, Accel& accel)
+        : scene_(scene), tree_(tree), collapse_(collapse), pad_(pad), accel_(accel) {}
 
     /// Depth of the tree written, in nodes.
     uint32_t build() {
         accel_.bvh8_nodes.clear();
         accel_.bvh8_triangles.clear();
+        // Counted first: arrays that grow are in memory twice while they do.
+        std::size_t nodes = 1, blocks = 0;
+        if (!tree_.nodes.empty()) count(0, nodes, blocks);
+        accel_.bvh8_nodes.reserve(nodes);
+        accel_.bvh8_triangles.reserve(blocks);
         return append(0);
     }
 
 private:
+    [[nodiscard]] bool is_block(uint32_t leaf) const {
+        uint32_t n = leaf;
+        while (!tree_.nodes[n].leaf()) n = static_cast<uint32_t>(tree_.nodes[n].left);
+        return tree_.primitives[tree_.nodes[n].first] < scene_.triangles.size();  // leaves hold primitives of one kind
+    }
+
+    void count(uint32_t node, std::size_t& nodes, std::size_t& blocks) const {
+        if (collapse_.leaf(node)) {
+            blocks += is_block(node);
+            return;
+        }
+        const Children children = collapse_.children(node);
+        for (uint32_t i = 0; i < children.count; ++i) {
+            nodes += !collapse_.leaf(children.nodes[i]);
+            count(children.nodes[i], nodes, blocks);
+        }
+    }
+
     uint32_t append(uint32_t node) {
         const std::size_t self = accel_.bvh8_nodes.size();
         accel_.bvh8_nodes.emplace_back();
@@ -51,16 +73,16 @@ private:
         uint32_t depth = 0;
         if (!tree_.nodes.empty()) {
             // The root of a scene of one leaf has that leaf as its only child.
-            const std::vector<uint32_t> children =
-                collapse_.leaf(node) ? std::vector<uint32_t>{node} : collapse_.children(node);
-            out.count = static_cast<uint32_t>(children.size());
+            const Children all = collapse_.leaf(node) ? Children{1, {node}} : collapse_.children(node);
+            const auto& children = all.nodes;
+            out.count = all.count;
             for (uint32_t i = 0; i < out.count; ++i) {
                 const HostNode& child = tree_.nodes[children[i]];
                 out.lo_x[i] = child.box.lo[0] - pad_, out.hi_x[i] = child.box.hi[0] + pad_;
                 out.lo_y[i] = child.box.lo[1] - pad_, out.hi_y[i] = child.box.hi[1] + pad_;
                 out.lo_z[i] = child.box.lo[2] - pad_, out.hi_z[i] = child.box.hi[2] + pad_;
-                if (collapse_.leaf(children[i]) && below_[children[i]].fits()) {
-                    out.child[i] = append_block(scene_, below_[children[i]], accel_);
+                if (collapse_.leaf(children[i]) && is_block(children[i])) {
+                    out.child[i] = append_block(scene_, gather(scene_, tree_, children[i]), accel_);
                 } else if (collapse_.leaf(children[i])) {
                     const auto first = static_cast<uint32_t>(tree_.primitives[child.first] - scene_.triangles.size());
                     out.child[i] = leaf_reference(IR_LEAF_ANALYTIC, child.count, first);
@@ -76,7 +98,6 @@ private:
 
     const Scene& scene_;
     const HostTree& tree_;
-    const std::vector<Gathered>& below_;
     const Collapse& collapse_;
     float pad_;
     Accel& accel_;
@@ -85,10 +106,8 @@ private:
 }  // namespace
 
 void flatten_bvh8(const Scene& scene, const HostTree& tree, float pad, Accel& accel) {
-    const std::vector<Gathered> below = gather(scene, tree);
-    if (Bvh8Builder(scene, tree, below, Collapse::optimal(tree, below), pad, accel).build() <= IR_BVH8_MAX_DEPTH)
-        return;
-    Bvh8Builder(scene, tree, below, Collapse::by_level(tree, below), pad, accel).build();
+    if (Bvh8Builder(scene, tree, Collapse::optimal(scene, tree), pad, accel).build() <= IR_BVH8_MAX_DEPTH) return;
+    Bvh8Builder(scene, tree, Collapse::by_level(scene, tree), pad, accel).build();
 }
 
 }  // namespace irradia::accel

@@ -7,10 +7,14 @@
 #else
 #include <embree3/rtcore.h>
 #endif
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_reduce.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 #include <memory>
 #include <numeric>
 
@@ -86,72 +90,127 @@ Box cylinder_box(const shared::Analytic& a) {
 
 // ---- Embree's builder ---------------------------------------------------------------------------------------------
 
-struct BuildNode {  // lives in Embree's allocator
+// Both live in Embree's allocator; large scenes have millions of them.
+struct BuildNode {
+    bool leaf = false;
+};
+struct BuildInner : BuildNode {
     BuildNode* child[2] = {nullptr, nullptr};
     Box box[2];
-    std::uint32_t count = 0;  // leaf: primitives
+};
+struct BuildLeaf : BuildNode {
+    std::uint32_t count = 0;
     std::uint32_t primitives[kMaxLeafTriangles] = {};
+};
+
+struct Counts {
+    std::size_t nodes = 0, references = 0;
+};
+struct BuildContext {
+    const Scene& scene;
+    const std::function<void(double)>& progress;
+    tbb::enumerable_thread_specific<Counts> counts{};  // each thread its own: they all count all the time
 };
 
 Box to_box(const RTCBounds& b) { return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}}; }
 
-void to_bounds(const Box& b, RTCBounds* out) {
-    out->lower_x = b.lo[0], out->lower_y = b.lo[1], out->lower_z = b.lo[2];
-    out->upper_x = b.hi[0], out->upper_y = b.hi[1], out->upper_z = b.hi[2];
+void* create_node(RTCThreadLocalAllocator allocator, unsigned, void* user) {
+    ++static_cast<BuildContext*>(user)->counts.local().nodes;
+    return static_cast<BuildNode*>(new (rtcThreadLocalAlloc(allocator, sizeof(BuildInner), 16)) BuildInner);
 }
 
-void* create_node(RTCThreadLocalAllocator allocator, unsigned, void*) {
-    return new (rtcThreadLocalAlloc(allocator, sizeof(BuildNode), 16)) BuildNode;
-}
+BuildInner* inner(void* node) { return static_cast<BuildInner*>(static_cast<BuildNode*>(node)); }
 
 void set_children(void* node, void** children, unsigned count, void*) {
-    for (unsigned i = 0; i < count; ++i) static_cast<BuildNode*>(node)->child[i] = static_cast<BuildNode*>(children[i]);
+    for (unsigned i = 0; i < count; ++i) inner(node)->child[i] = static_cast<BuildNode*>(children[i]);
 }
 
 void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
-    for (unsigned i = 0; i < count; ++i) static_cast<BuildNode*>(node)->box[i] = to_box(*bounds[i]);
+    for (unsigned i = 0; i < count; ++i) inner(node)->box[i] = to_box(*bounds[i]);
 }
 
-void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count, void*) {
-    auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(BuildNode), 16)) BuildNode;
-    leaf->count = static_cast<std::uint32_t>(count);
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
+                  void* user) {
+    auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(BuildLeaf), 16)) BuildLeaf;
+    leaf->leaf = true;
     for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
     // The builder's order within a leaf may depend on its threads; ours must not.
     std::sort(leaf->primitives, leaf->primitives + count);
     leaf->count =
         static_cast<std::uint32_t>(std::unique(leaf->primitives, leaf->primitives + count) - leaf->primitives);
-    return leaf;
+    Counts& counts = static_cast<BuildContext*>(user)->counts.local();
+    ++counts.nodes;
+    counts.references += leaf->count;
+    return static_cast<BuildNode*>(leaf);
 }
 
-// The bounds of what lies left and right of a plane, of a triangle that is already clipped to the given box.
+bool report_progress(void* user, double fraction) {
+    static_cast<BuildContext*>(user)->progress(fraction);
+    return true;
+}
+
+// x, y, z and something of no meaning, in one register (GCC's and Clang's vectors; left to itself GCC makes scalars of
+// half of what follows).
+typedef float Lanes __attribute__((vector_size(16)));
+typedef std::int32_t IntLanes __attribute__((vector_size(16)));
+
+Lanes smaller(Lanes a, Lanes b) { return a < b ? a : b; }
+Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
+
+Lanes load(const float* four) {
+    Lanes v;
+    std::memcpy(&v, four, sizeof v);
+    return v;
+}
+
+struct LaneBox {
+    Lanes lo{1e30f, 1e30f, 1e30f, 1e30f}, hi{-1e30f, -1e30f, -1e30f, -1e30f};
+    void add(Lanes p) {
+        lo = smaller(p, lo);
+        hi = larger(p, hi);
+    }
+    /// What of it lies in `whole`, which is not empty.
+    void store_overlap(const LaneBox& whole, RTCBounds* out) const {
+        const Lanes l = larger(lo, whole.lo), h = larger(l, smaller(hi, whole.hi));
+        std::memcpy(&out->lower_x, &l, sizeof l);
+        std::memcpy(&out->upper_x, &h, sizeof h);
+    }
+};
+static_assert(offsetof(RTCBounds, upper_x) == 16 && sizeof(RTCBounds) == 32);
+static_assert(offsetof(RTCBuildPrimitive, upper_x) == 16 && offsetof(RTCBuildPrimitive, geomID) == 12);
+static_assert(offsetof(shared::Vertex, px) == 0 && offsetof(shared::Vertex, pz) == 8);
+
+// The bounds of what lies left and right of a plane, of a triangle that is already clipped to the given box. Half of a
+// build is spent here. Corners on the edges are rounded by a few units in the last place of the scene's extent, for
+// which build_accel() grows all boxes.
 void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float position, RTCBounds* left,
                      RTCBounds* right, void* user) {
-    const Scene& scene = *static_cast<const Scene*>(user);
-    const Box whole = {{primitive->lower_x, primitive->lower_y, primitive->lower_z},
-                       {primitive->upper_x, primitive->upper_y, primitive->upper_z}};
-    Box l = whole, r = whole;
+    const Scene& scene = static_cast<BuildContext*>(user)->scene;
+    const LaneBox whole{load(&primitive->lower_x), load(&primitive->upper_x)};  // and indices behind them
+    const IntLanes on_axis = IntLanes{0, 1, 2, 3} == static_cast<std::int32_t>(axis);
+    const Lanes plane = Lanes{} + position;
+    LaneBox l, r;
     if (primitive->primID < scene.triangles.size()) {
-        const std::array<Point, 3> p = corners(scene, primitive->primID);
-        l = {}, r = {};
+        const shared::Triangle& t = scene.triangles[primitive->primID];
+        const Lanes p[3] = {load(&scene.vertices[t.v0].px), load(&scene.vertices[t.v1].px),
+                            load(&scene.vertices[t.v2].px)};
         for (int i = 0; i < 3; ++i) {
-            const Point &a = p[i], &b = p[(i + 1) % 3];
-            if (a[axis] <= position) add_point(l, a);
-            if (a[axis] >= position) add_point(r, a);
-            if ((a[axis] < position) == (b[axis] < position) || a[axis] == position || b[axis] == position) continue;
-            const double s = (double{position} - a[axis]) / (double{b[axis]} - a[axis]);
-            Point c;
-            for (int k = 0; k < 3; ++k) c[k] = static_cast<float>(a[k] + s * (double{b[k]} - a[k]));
-            c[axis] = position;
-            add_point(l, c);
-            add_point(r, c);
+            const Lanes a = p[i], b = p[(i + 1) % 3];
+            const float from = a[axis], to = b[axis];
+            if (from <= position) l.add(a);
+            if (from >= position) r.add(a);
+            if (!((from < position && to > position) || (from > position && to < position))) continue;
+            const Lanes c = on_axis ? plane : a + (position - from) / (to - from) * (b - a);
+            l.add(c);
+            r.add(c);
         }
-        l = overlap(whole, l);
-        r = overlap(whole, r);
     } else {
-        l.hi[axis] = r.lo[axis] = position;
+        l = r = whole;
+        l.hi = on_axis ? plane : l.hi;
+        r.lo = on_axis ? plane : r.lo;
     }
-    to_bounds(l, left);
-    to_bounds(r, right);
+    l.store_overlap(whole, left);
+    r.store_overlap(whole, right);
 }
 
 // ---- host tree ----------------------------------------------------------------------------------------------------
@@ -191,11 +250,15 @@ std::int32_t append_primitives(const Scene& scene, HostTree& tree, const Box& bo
 
 std::int32_t append_built(const Scene& scene, HostTree& tree, const BuildNode& node, const Box& box,
                           std::uint32_t depth) {
-    if (node.count) return append_primitives(scene, tree, box, node.primitives, node.count, depth);
+    if (node.leaf) {
+        const auto& leaf = static_cast<const BuildLeaf&>(node);
+        return append_primitives(scene, tree, box, leaf.primitives, leaf.count, depth);
+    }
+    const auto& both = static_cast<const BuildInner&>(node);
     const auto self = static_cast<std::int32_t>(tree.nodes.size());
     tree.nodes.emplace_back().box = box;
-    const std::int32_t l = append_built(scene, tree, *node.child[0], node.box[0], depth + 1);
-    const std::int32_t r = append_built(scene, tree, *node.child[1], node.box[1], depth + 1);
+    const std::int32_t l = append_built(scene, tree, *both.child[0], both.box[0], depth + 1);
+    const std::int32_t r = append_built(scene, tree, *both.child[1], both.box[1], depth + 1);
     tree.nodes[self].left = l;
     tree.nodes[self].right = r;
     return self;
@@ -231,19 +294,29 @@ std::int32_t append_median(const Scene& scene, HostTree& tree, const std::vector
 }
 
 // Embree's tree, or an empty one if it gives up (depth limit).
-HostTree build_embree_tree(const Scene& scene, bool spatial_splits) {
+HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::function<void(double)>& progress) {
     const std::size_t count = scene.triangles.size() + scene.analytics.size();
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("set_affinity=0"),
                                                                            rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), rtcReleaseBVH);
-    std::vector<RTCBuildPrimitive> primitives;
-    primitives.reserve(spatial_splits ? 2 * count : count);  // room for the fragments of split triangles
-    Box root;
-    for (std::size_t i = 0; i < count; ++i) {
-        const Box b = primitive_box(scene, static_cast<std::uint32_t>(i));
-        root.add(b);
-        primitives.push_back({b.lo[0], b.lo[1], b.lo[2], 0, b.hi[0], b.hi[1], b.hi[2], static_cast<unsigned>(i)});
-    }
+    // Room for the fragments of split triangles, which costs nothing until it is used: no vector, which would clear it.
+    const std::size_t capacity = spatial_splits ? 2 * count : count;
+    std::unique_ptr<RTCBuildPrimitive[]> primitives(new RTCBuildPrimitive[capacity]);
+    const Box root = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, count, 1 << 14), Box{},
+        [&](const auto& range, Box all) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                const Box b = primitive_box(scene, static_cast<std::uint32_t>(i));
+                all.add(b);
+                primitives[i] = {b.lo[0], b.lo[1], b.lo[2], 0, b.hi[0], b.hi[1], b.hi[2], static_cast<unsigned>(i)};
+            }
+            return all;
+        },
+        [](Box a, const Box& b) {
+            a.add(b);
+            return a;
+        });
+    BuildContext context{scene, progress};
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.buildQuality = spatial_splits ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
     arguments.maxBranchingFactor = 2;
@@ -251,17 +324,27 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits) {
     arguments.minLeafSize = 1;
     arguments.maxLeafSize = kMaxLeafTriangles;
     arguments.bvh = bvh.get();
-    arguments.primitives = primitives.data();
+    arguments.primitives = primitives.get();
     arguments.primitiveCount = count;
-    arguments.primitiveArrayCapacity = primitives.capacity();
+    arguments.primitiveArrayCapacity = capacity;
     arguments.createNode = create_node;
     arguments.setNodeChildren = set_children;
     arguments.setNodeBounds = set_bounds;
     arguments.createLeaf = create_leaf;
     arguments.splitPrimitive = split_primitive;
-    arguments.userPtr = const_cast<Scene*>(&scene);
+    if (progress) arguments.buildProgress = report_progress;
+    arguments.userPtr = &context;
     const auto* built = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
+    primitives.reset();
     HostTree tree;
+    Counts counts;
+    for (const Counts& c : context.counts) {
+        counts.nodes += c.nodes;
+        counts.references += c.references;
+    }
+    // Analytic primitives have leaves of their own: at most one more leaf and node each.
+    tree.nodes.reserve(counts.nodes + 2 * scene.analytics.size());
+    tree.primitives.reserve(counts.references);
     if (built) append_built(scene, tree, *built, root, 0);
     return tree;
 }
@@ -303,13 +386,13 @@ HostTree build_median_tree(const Scene& scene) {
     return tree;
 }
 
-HostTree build_host_tree(const Scene& scene, int threads) {
+HostTree build_host_tree(const Scene& scene, int threads, const std::function<void(double)>& progress) {
     if (scene.triangles.empty() && scene.analytics.empty()) return {};
     HostTree tree;
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
     arena.execute([&] {
-        tree = build_embree_tree(scene, true);
-        if (!fits(tree)) tree = build_embree_tree(scene, false);
+        tree = build_embree_tree(scene, true, progress);
+        if (!fits(tree)) tree = build_embree_tree(scene, false, progress);
     });
     if (!fits(tree)) tree = build_median_tree(scene);
     return tree;

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,8 @@ Box primitive_box(const Scene& scene, std::uint32_t primitive);
 
 /// The best tree Embree builds (surface area heuristic with spatial splits), or the median tree where its depth or size
 /// would not fit. Deterministic for any `threads` (0 = all).
-HostTree build_host_tree(const Scene& scene, int threads);
+/// `progress`, which may be empty, hears the fraction done, from any thread.
+HostTree build_host_tree(const Scene& scene, int threads, const std::function<void(double)>& progress = {});
 
 /// Depth at most ceil(log2 n) whatever the geometry: splits at the median along the widest axis.
 HostTree build_median_tree(const Scene& scene);

@@ -194,19 +194,19 @@ TEST(BuildAccel, MedianTreeAndLevelCollapseTraceTheSame) {
     accel::flatten_bvh2(scene, tree, 1e-6f, scene.accel);
     expect_valid(scene);
 
-    const std::vector<accel::Gathered> below = accel::gather(scene, tree);
-    const accel::Collapse level = accel::Collapse::by_level(tree, below);
+    const accel::Collapse level = accel::Collapse::by_level(scene, tree);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> todo{{0, 1}};
     std::uint32_t depth = 0, leaves = 0;
     while (!todo.empty()) {
         const auto [node, d] = todo.back();
         todo.pop_back();
         depth = std::max(depth, d);
-        const std::vector<std::uint32_t> children = level.children(node);
-        ASSERT_LE(children.size(), 8u);
-        for (const std::uint32_t c : children) {
+        const accel::Children children = level.children(node);
+        ASSERT_LE(children.count, 8u);
+        for (std::uint32_t i = 0; i < children.count; ++i) {
+            const std::uint32_t c = children.nodes[i];
             if (level.leaf(c))
-                leaves += below[c].count;
+                leaves += accel::gather(scene, tree, c).count;
             else
                 todo.push_back({c, d + 1});
         }
@@ -232,7 +232,8 @@ TEST(BuildAccel, TooManyPrimitives) {
         FAIL() << "no error";
     } catch (const Error& e) {
         EXPECT_EQ(std::string(e.what()),
-                  "a.xml: 16777217 triangles, spheres and disks; the acceleration structure holds at most 16777216");
+                  "a.xml: 16777217 triangles, spheres, disks and cylinders; the acceleration structure holds at most "
+                  "16777216");
     }
 }
 
