@@ -42,10 +42,17 @@ IR_FN real3 texel(const SceneData* s, const Texture* t, int x, int y) {
     return make_real3(srgb_to_linear(raw.x), srgb_to_linear(raw.y), srgb_to_linear(raw.z));
 }
 
+// Mitsuba's checkerboard: color0 where both or neither coordinate is in the upper half of a unit square.
+IR_FN real3 checkerboard(const SceneData* s, const Texture* t, float u, float v) {
+    const bool a = u - floor(u) > 0.5f, b = v - floor(v) > 0.5f;
+    return float_texel(s, t->offset + (a == b ? 0u : 3u));
+}
+
 IR_FN real3 texture_lookup(const SceneData* s, int index, float u, float v) {
     const Texture t = s->textures[index];
     const float x = (t.m00 * u + t.m01 * v + t.m02) * (float)t.width;
     const float y = (t.m10 * u + t.m11 * v + t.m12) * (float)t.height;
+    if (t.format == IR_TEXTURE_CHECKERBOARD) return checkerboard(s, &t, x, y);  // width and height are 1
     if (t.filter == IR_FILTER_NEAREST) return texel(s, &t, (int)floor(x), (int)floor(y));
     const float fx = floor(x - 0.5f), fy = floor(y - 0.5f);
     const float ax = x - 0.5f - fx, ay = y - 0.5f - fy;
@@ -60,6 +67,28 @@ IR_FN float texture_scalar(const SceneData* s, int index, float u, float v) {
     const real3 c = texture_lookup(s, index, u, v);
     return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }
+
+#if IR_FEATURES & IR_FEATURE_BUMPS
+// Derivatives of texture_scalar by u and v: slopes of the bilinear patch between four texel centres. Nearest texels and
+// checkerboards are flat. (Mitsuba 3.9.1's eval_1_grad is these derivatives too, but for pictures that are not square
+// under a to_uv that rotates or shears, where it multiplies by the wrong one of width and height.)
+IR_FN void texture_gradient(const SceneData* s, int index, float u, float v, float* du, float* dv) {
+    const Texture t = s->textures[index];
+    *du = *dv = 0.0f;
+    if (t.format >= IR_TEXTURE_CHECKERBOARD || t.filter == IR_FILTER_NEAREST) return;
+    const float x = (t.m00 * u + t.m01 * v + t.m02) * (float)t.width - 0.5f;
+    const float y = (t.m10 * u + t.m11 * v + t.m12) * (float)t.height - 0.5f;
+    const float fx = floor(x), fy = floor(y), ax = x - fx, ay = y - fy;
+    const int ix = (int)fx, iy = (int)fy;
+    const real3 grey = make_real3(0.2126f, 0.7152f, 0.0722f);
+    const float a = dot(grey, texel(s, &t, ix, iy)), b = dot(grey, texel(s, &t, ix + 1, iy));
+    const float c = dot(grey, texel(s, &t, ix, iy + 1)), d = dot(grey, texel(s, &t, ix + 1, iy + 1));
+    const float dx = ((b - a) * (1.0f - ay) + (d - c) * ay) * (float)t.width;
+    const float dy = ((c - a) * (1.0f - ax) + (d - b) * ax) * (float)t.height;
+    *du = dx * t.m00 + dy * t.m10;
+    *dv = dx * t.m01 + dy * t.m11;
+}
+#endif
 
 // Mitsuba's sphere: u = azimuth / 2 pi in the object frame, v = polar angle / pi.
 IR_FN void sphere_uv(const Analytic* q, real3 out, float* u, float* v) {

@@ -42,6 +42,8 @@ struct TextureSpec {
     bool raw = false;
     bool unbounded = false;       // radiance, heights: values are not held in [0, 1]
     bool vertex_colours = false;  // no file: the meshes' own colours, Texture::format IR_TEXTURE_VERTEX_COLOUR
+    bool checkerboard = false;    // no file: colours[0] and colours[1]
+    std::array<glm::dvec3, 2> colours{};
     std::uint32_t wrap = IR_WRAP_REPEAT, filter = IR_FILTER_BILINEAR;
     glm::dmat4 to_uv{1.0};
     const Node* node = nullptr;
@@ -64,34 +66,71 @@ private:
 /// Mean linear colour of a picture file, each row weighted by `row_weight(y in (0,1))`; for substitutes.
 glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, double (*row_weight)(double));
 
+/// What the elements of a <texture> say. Throws Error on what is not supported.
+TextureSpec read_texture(const Context& context, const Document& document, const Node& node);
+
+/// Index of refraction of a named conductor, linear Rec. 709, or of a dielectric; false if there is none of that name.
+bool find_conductor(const std::string& name, glm::dvec3& eta, glm::dvec3& k);
+bool find_dielectric(const std::string& name, double& ior);
+std::vector<std::string> conductor_names();
+std::vector<std::string> dielectric_names();
+
+/// A rough plastic's coat: transmittances of IR_COAT_TABLE cosines from 0 (1e-6) to 1, and the share of diffuse light
+/// from inside that it reflects. Single scattering by the facets of Mitsuba's model, as its roughplastic has it.
+struct RoughCoat {
+    std::vector<float> transmittance;
+    double internal_reflectance = 0.0;
+};
+RoughCoat rough_coat(double eta, double alpha, bool beckmann);
+/// That share for a smooth coat of relative index `eta` > 1.
+double smooth_internal_reflectance(double eta);
+
 class MaterialTable {
 public:
     MaterialTable(const Context& context, const Document& document, TextureTable& textures)
         : context_(context), document_(document), textures_(textures) {}
     /// Index of the material of a <bsdf>; the same element always gives the same index. Null: Mitsuba's default,
-    /// diffuse .5. No value: the surface is to be left out (lenient substitutes only).
+    /// diffuse .5.
     std::optional<std::uint32_t> material(const Node* bsdf);
+    /// Appends the coats' tables to scene.texels and tells the materials where they are.
+    void store_coats(Scene& scene);
     std::vector<shared::Material> materials;
 
 private:
-    struct Reflectance {
-        glm::dvec3 colour{0.5};
-        int texture = IR_NO_TEXTURE;
+    struct Colour {
+        glm::dvec3 value;
+        int texture;
     };
-    struct Surface {
-        Reflectance reflectance;
-        bool twosided = false, left_out = false;
+    struct Coat {
+        std::uint32_t kind;
+        bool beckmann;
+        float eta, alpha;
+        RoughCoat table;
     };
-    Surface surface(const Node& bsdf, int depth);
-    Surface substitute(const Node& bsdf, int depth);
-    Reflectance reflectance(Properties& p, const std::string& name, const glm::dvec3& fallback);
-    Reflectance texture(const Node& node);
-    glm::dvec3 checked(const Node& node, const glm::dvec3& colour) const;
+    std::uint32_t append(shared::Material m);
+    shared::Material read(const Node& bsdf, int depth);
+    shared::Material twosided(Properties& p, int depth);
+    shared::Material mask(Properties& p, int depth);
+    shared::Material perturbed(Properties& p, int depth);
+    shared::Material substitute(const Node& bsdf, int depth);
+    const Node& only_nested(Properties& p);
+    void conductor(Properties& p, shared::Material& m);
+    void dielectric(Properties& p, shared::Material& m);
+    void plastic(Properties& p, shared::Material& m);
+    void set_diffuse(Properties& p, const std::string& name, shared::Material& m);
+    void set_specular(Properties& p, shared::Material& m);
+    void set_roughness(Properties& p, bool anisotropic, shared::Material& m);
+    void set_index(Properties& p, const char* inside, shared::Material& m);
+    void set_coat(shared::Material& m);
+    double index_of_refraction(Properties& p, const char* name, const char* fallback);
+    Colour colour(Properties& p, const std::string& name, const glm::dvec3& fallback);
+    int texture(const Node& node, bool unbounded);
 
     const Context& context_;
     const Document& document_;
     TextureTable& textures_;
-    std::unordered_map<const Node*, std::optional<std::uint32_t>> known_;
+    std::vector<Coat> coats_;
+    std::unordered_map<const Node*, std::uint32_t> known_;
     std::optional<std::uint32_t> default_;
 };
 

@@ -344,6 +344,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     const std::vector<FreeLight> lights = read_free_lights(context, document);
     if (shapes.empty()) throw Error(fmt::format("{}: the scene has no shapes", path));
     textures.load(context, scene);
+    materials.store_coats(scene);
     add_vertex_colours(shapes, materials.materials, textures, scene);
 
     const bool environment = std::any_of(lights.begin(), lights.end(),

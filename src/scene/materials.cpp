@@ -1,6 +1,8 @@
+// <bsdf> elements into materials: Mitsuba 3's plugins, parameters and defaults.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "scene/build.h"
@@ -9,174 +11,349 @@ namespace irradia::loader {
 namespace {
 
 constexpr int max_nesting = 16;
-const char* const supported_bsdfs = "diffuse, twosided";
+constexpr int both_sides = -2;  // Material::back while a material has no index yet: its own
 
-/// Normal-incidence reflectance of a named metal, from the usual measured values; for substitutes.
-glm::dvec3 metal_colour(const std::string& name) {
-    static const std::pair<const char*, glm::dvec3> table[] = {
-        {"none", {1.0, 1.0, 1.0}}, {"Ag", {0.97, 0.96, 0.92}}, {"Al", {0.91, 0.92, 0.92}},
-        {"Au", {1.0, 0.77, 0.34}}, {"Cu", {0.96, 0.64, 0.54}}, {"Cr", {0.55, 0.56, 0.56}},
-    };
-    for (const auto& [key, colour] : table)
-        if (name == key) return colour;
-    return glm::dvec3(0.7);
+const std::vector<std::string> bsdf_names = {
+    "diffuse",      "conductor", "roughconductor", "dielectric", "roughdielectric", "thindielectric", "plastic",
+    "roughplastic", "twosided",  "mask",           "null",       "bumpmap",         "normalmap"};
+
+std::string supported_bsdfs() {
+    std::string list;
+    for (const auto& name : bsdf_names) list += (list.empty() ? "" : ", ") + name;
+    return list;
 }
 
-/// ((eta-1)^2 + k^2) / ((eta+1)^2 + k^2), a channel at a time.
-glm::dvec3 fresnel_colour(const glm::dvec3& eta, const glm::dvec3& k) {
-    const glm::dvec3 a = eta - 1.0, b = eta + 1.0;
-    return (a * a + k * k) / (b * b + k * k);
+glm::vec3 rounded(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+bool transmits(const shared::Material& m) {
+    return m.kind == IR_MATERIAL_DIELECTRIC || m.kind == IR_MATERIAL_ROUGH_DIELECTRIC ||
+           m.kind == IR_MATERIAL_THIN_DIELECTRIC || m.opacity < 1.0f || m.opacity_texture != IR_NO_TEXTURE;
 }
 
 }  // namespace
 
 std::optional<std::uint32_t> MaterialTable::material(const Node* bsdf) {
-    const auto append = [&](const Surface& s) {
-        shared::Material m = blank_material();
-        if (s.twosided) m.back = static_cast<int>(materials.size());
-        m.texture = s.reflectance.texture;
-        m.r = static_cast<float>(s.reflectance.colour.x);
-        m.g = static_cast<float>(s.reflectance.colour.y);
-        m.b = static_cast<float>(s.reflectance.colour.z);
-        materials.push_back(m);
-        return static_cast<std::uint32_t>(materials.size() - 1);
-    };
     if (!bsdf) {
-        if (!default_) default_ = append(Surface{});
+        if (!default_) {
+            shared::Material m = blank_material();
+            m.r = m.g = m.b = 0.5f;
+            default_ = append(m);
+        }
         return default_;
     }
     const auto it = known_.find(bsdf);
     if (it != known_.end()) return it->second;
-    const Surface s = surface(*bsdf, 0);
-    const std::optional<std::uint32_t> index = s.left_out ? std::nullopt : std::optional(append(s));
+    const std::uint32_t index = append(read(*bsdf, 0));
     known_.emplace(bsdf, index);
     return index;
 }
 
-MaterialTable::Surface MaterialTable::surface(const Node& bsdf, int depth) {
+std::uint32_t MaterialTable::append(shared::Material m) {
+    const auto index = static_cast<std::uint32_t>(materials.size());
+    if (m.back == both_sides) m.back = static_cast<int>(index);
+    materials.push_back(m);
+    return index;
+}
+
+shared::Material MaterialTable::read(const Node& bsdf, int depth) {
     if (depth > max_nesting) fail(bsdf, fmt::format("{}: bsdfs are nested too deep, or in a circle", describe(bsdf)));
     const std::string type = bsdf.get("type");
-    if (type == "diffuse") {
-        Properties p(context_, document_, bsdf);
-        Surface s;
-        s.reflectance = reflectance(p, "reflectance", glm::dvec3(0.5));
-        p.finish();
-        return s;
-    }
-    if (type == "twosided") {
-        Properties p(context_, document_, bsdf);
-        const auto nested = p.objects("bsdf");
-        if (nested.empty()) fail(bsdf, fmt::format("{} needs a nested bsdf", describe(bsdf)));
-        if (nested.size() > 1)
-            context_.problem(bsdf,
-                             fmt::format("{} has {} nested bsdfs, one was expected", describe(bsdf), nested.size()),
-                             "the first one is used on both sides");
-        p.finish();
-        Surface s = surface(*nested[0], depth + 1);
-        s.twosided = true;
-        return s;
-    }
-    return substitute(bsdf, depth);
-}
-
-MaterialTable::Surface MaterialTable::substitute(const Node& bsdf, int depth) {
-    const std::string type = bsdf.get("type");
-    const auto is = [&](std::initializer_list<const char*> names) {
-        return std::any_of(names.begin(), names.end(), [&](const char* name) { return type == name; });
-    };
-    Surface s;
-    // Parameters of a substituted bsdf that have no meaning for the substitute are passed over without a word each.
     Properties p(context_, document_, bsdf);
-    if (is({"conductor", "roughconductor"})) {
-        context_.unsupported(bsdf, supported_bsdfs,
-                             "diffuse with specular_reflectance times the metal's reflectance at normal incidence");
-        s.reflectance = reflectance(p, "specular_reflectance", glm::dvec3(1.0));
-        glm::dvec3 metal(1.0);
-        const Node *eta = p.property("eta"), *k = p.property("k");
-        if (eta && k && (eta->tag == "rgb" || eta->tag == "float" || eta->tag == "spectrum"))
-            metal = fresnel_colour(parse_colour(context_, *eta), parse_colour(context_, *k));
+    shared::Material m = blank_material();
+    if (type == "twosided") return twosided(p, depth);
+    if (type == "mask") return mask(p, depth);
+    if (type == "bumpmap" || type == "normalmap") return perturbed(p, depth);
+    if (type == "null") {
+        m.opacity = 0.0f;
+        m.back = both_sides;
+    } else if (type == "diffuse") {
+        set_diffuse(p, "reflectance", m);
+    } else if (type == "conductor" || type == "roughconductor") {
+        conductor(p, m);
+    } else if (type == "plastic" || type == "roughplastic") {
+        plastic(p, m);
+    } else if (type == "dielectric" || type == "roughdielectric" || type == "thindielectric") {
+        dielectric(p, m);
+    } else {
+        return substitute(bsdf, depth);
+    }
+    p.finish();
+    return m;
+}
+
+// ---- bsdfs around others -------------------------------------------------------------------------------------------
+
+const Node& MaterialTable::only_nested(Properties& p) {
+    const auto nested = p.objects("bsdf");
+    if (nested.empty()) fail(p.node(), fmt::format("{} needs a nested bsdf", describe(p.node())));
+    if (nested.size() > 1)
+        context_.problem(p.node(),
+                         fmt::format("{} has {} nested bsdfs, one was expected", describe(p.node()), nested.size()),
+                         "the first one is used");
+    return *nested[0];
+}
+
+shared::Material MaterialTable::twosided(Properties& p, int depth) {
+    const auto nested = p.objects("bsdf");
+    if (nested.empty()) fail(p.node(), fmt::format("{} needs a nested bsdf", describe(p.node())));
+    if (nested.size() > 2)
+        fail(p.node(),
+             fmt::format("{} has {} nested bsdfs, one or two were expected", describe(p.node()), nested.size()));
+    p.finish();
+    shared::Material m = read(*nested[0], depth + 1);
+    for (const Node* n : nested)
+        if (transmits(n == nested[0] ? m : read(*n, depth + 1)))
+            fail(*n, fmt::format("{} lets light through: it has both sides already and cannot stand inside twosided",
+                                 describe(*n)));
+    m.back = nested.size() == 2 ? static_cast<int>(append(read(*nested[1], depth + 1))) : both_sides;
+    return m;
+}
+
+shared::Material MaterialTable::mask(Properties& p, int depth) {
+    shared::Material m = read(only_nested(p), depth + 1);
+    const Colour opacity = colour(p, "opacity", glm::dvec3(0.5));
+    p.finish();
+    m.opacity = static_cast<float>(luminance(opacity.value));
+    m.opacity_texture = opacity.texture;
+    return m;
+}
+
+shared::Material MaterialTable::perturbed(Properties& p, int depth) {
+    const bool normals = p.node().get("type") == "normalmap";
+    shared::Material m = read(only_nested(p), depth + 1);
+    const auto textures = p.objects("texture");
+    if (textures.size() != 1)
+        fail(p.node(), fmt::format("{} has {} nested textures, one was expected", describe(p.node()), textures.size()));
+    if (m.map != IR_NO_TEXTURE)
+        fail(p.node(), fmt::format("{}: a bump or normal map inside another is not supported", describe(p.node())));
+    m.map = texture(*textures[0], true);
+    if (normals)
+        m.flags |= IR_MATERIAL_NORMAL_MAP;
+    else
+        m.map_scale = static_cast<float>(p.number("scale", 1.0));
+    for (const char* name : {"flip_invalid_normals", "use_shadowing_function"})
+        if (!p.boolean(name, true))
+            fail(*p.property(name), fmt::format("{}: {} = false is not supported", describe(p.node()), name));
+    p.finish();
+    return m;
+}
+
+// ---- surfaces ------------------------------------------------------------------------------------------------------
+
+void MaterialTable::set_diffuse(Properties& p, const std::string& name, shared::Material& m) {
+    const Colour c = colour(p, name, glm::dvec3(0.5));
+    const glm::vec3 v = rounded(c.value);
+    m.r = v.x, m.g = v.y, m.b = v.z;
+    m.texture = c.texture;
+}
+
+void MaterialTable::set_specular(Properties& p, shared::Material& m) {
+    const Colour c = colour(p, "specular_reflectance", glm::dvec3(1.0));
+    const glm::vec3 v = rounded(c.value);
+    m.specular_r = v.x, m.specular_g = v.y, m.specular_b = v.z;
+    m.specular_texture = c.texture;
+}
+
+void MaterialTable::set_roughness(Properties& p, bool anisotropic, shared::Material& m) {
+    const std::string distribution = p.text("distribution", "beckmann");
+    if (distribution == "beckmann")
+        m.flags |= IR_MATERIAL_BECKMANN;
+    else if (distribution != "ggx")
+        fail(*p.property("distribution"),
+             fmt::format("{}: distribution is '{}'; beckmann or ggx was expected", describe(p.node()), distribution));
+    p.ignore({"sample_visible"});  // how to sample is our own business
+    const Node *alpha = p.property("alpha"), *u = nullptr, *v = nullptr;
+    if (anisotropic) {
+        u = p.property("alpha_u");
+        v = p.property("alpha_v");
+    }
+    if ((u != nullptr) != (v != nullptr))
+        fail(p.node(), fmt::format("{}: give both alpha_u and alpha_v, or alpha", describe(p.node())));
+    if (alpha && u) fail(*alpha, fmt::format("{}: give either alpha or alpha_u and alpha_v", describe(p.node())));
+    const auto roughness = [&](const Node& node, const char* name) {
+        const double value = p.number(name, 0.1);
+        if (!(value > 0.0))
+            fail(node,
+                 fmt::format("{}: {} is {}, a number above 0 was expected (a smooth surface has a bsdf of its own)",
+                             describe(p.node()), name, value));
+        return static_cast<float>(std::max(value, 1e-4));
+    };
+    if (u) {
+        if (u->tag == "texture" || v->tag == "texture")
+            fail(u->tag == "texture" ? *u : *v,
+                 fmt::format("{}: alpha_u and alpha_v as textures are not supported, alpha is", describe(p.node())));
+        m.alpha_u = roughness(*u, "alpha_u");
+        m.alpha_v = roughness(*v, "alpha_v");
+    } else if (alpha && alpha->tag == "texture" && anisotropic) {
+        m.alpha_texture = texture(*alpha, false);
+    } else if (alpha) {
+        m.alpha_u = m.alpha_v = roughness(*alpha, "alpha");
+    }
+}
+
+double MaterialTable::index_of_refraction(Properties& p, const char* name, const char* fallback) {
+    const Node* node = p.property(name);
+    double ior = 1.0;
+    if (node && node->tag != "string") {
+        ior = p.number(name, 1.0);
+        if (!(ior > 0.0))
+            fail(*node, fmt::format("{}: {} is {}, a number above 0 was expected", describe(p.node()), name, ior));
+        return ior;
+    }
+    const std::string medium = p.text(name, fallback);
+    if (!find_dielectric(medium, ior))
+        fail(*node, fmt::format("{}: {} names no known medium: '{}'{}", describe(p.node()), name, medium,
+                                did_you_mean(medium, dielectric_names())));
+    return ior;
+}
+
+void MaterialTable::set_index(Properties& p, const char* inside, shared::Material& m) {
+    m.eta = static_cast<float>(index_of_refraction(p, "int_ior", inside) / index_of_refraction(p, "ext_ior", "air"));
+}
+
+void MaterialTable::conductor(Properties& p, shared::Material& m) {
+    m.kind = IR_MATERIAL_CONDUCTOR;
+    if (p.node().get("type") == "roughconductor") {
+        m.kind = IR_MATERIAL_ROUGH_CONDUCTOR;
+        set_roughness(p, true, m);
+    }
+    set_specular(p, m);
+    const Node *named = p.property("material"), *eta_node = p.property("eta"), *k_node = p.property("k");
+    glm::dvec3 eta(0.0), k(1.0);
+    if (named && (eta_node || k_node))
+        fail(*named, fmt::format("{}: give either material or eta and k", describe(p.node())));
+    if ((eta_node != nullptr) != (k_node != nullptr))
+        fail(p.node(), fmt::format("{}: give both eta and k", describe(p.node())));
+    if (eta_node) {
+        eta = parse_colour(context_, *eta_node);
+        k = parse_colour(context_, *k_node);
+    } else if (const std::string name = p.text("material", "none"); !find_conductor(name, eta, k)) {
+        fail(*named, fmt::format("{}: there is no conductor '{}'{}", describe(p.node()), name,
+                                 did_you_mean(name, conductor_names())));
+    }
+    for (int c = 0; c < 3; ++c) {
+        if (!(eta[c] >= 0.0) || !(k[c] >= 0.0))
+            fail(eta_node && !(eta[c] >= 0.0) ? *eta_node : *k_node,
+                 fmt::format("{}: eta or k is negative ({}, {})", describe(p.node()), eta[c], k[c]));
+    }
+    const glm::vec3 e = rounded(eta), i = rounded(k);
+    m.eta_r = e.x, m.eta_g = e.y, m.eta_b = e.z;
+    m.k_r = i.x, m.k_g = i.y, m.k_b = i.z;
+}
+
+void MaterialTable::dielectric(Properties& p, shared::Material& m) {
+    const std::string type = p.node().get("type");
+    m.back = both_sides;
+    m.kind = type == "dielectric"
+                 ? IR_MATERIAL_DIELECTRIC
+                 : (type == "thindielectric" ? IR_MATERIAL_THIN_DIELECTRIC : IR_MATERIAL_ROUGH_DIELECTRIC);
+    if (m.kind == IR_MATERIAL_ROUGH_DIELECTRIC) set_roughness(p, true, m);
+    set_index(p, "bk7", m);
+    if (m.kind == IR_MATERIAL_ROUGH_DIELECTRIC && m.eta == 1.0f)
+        fail(p.node(),
+             fmt::format("{}: int_ior and ext_ior are alike, different ones were expected", describe(p.node())));
+    set_specular(p, m);
+    const Colour c = colour(p, "specular_transmittance", glm::dvec3(1.0));
+    if (c.texture != IR_NO_TEXTURE)
+        fail(*p.property("specular_transmittance"),
+             fmt::format("{}: specular_transmittance has to be a colour, textures are not supported",
+                         describe(p.node())));
+    const glm::vec3 v = rounded(c.value);
+    m.transmittance_r = v.x, m.transmittance_g = v.y, m.transmittance_b = v.z;
+}
+
+void MaterialTable::plastic(Properties& p, shared::Material& m) {
+    const bool rough = p.node().get("type") == "roughplastic";
+    m.kind = rough ? IR_MATERIAL_ROUGH_PLASTIC : IR_MATERIAL_PLASTIC;
+    if (rough) set_roughness(p, false, m);
+    set_index(p, "polypropylene", m);
+    if (!(m.eta > 1.0f))
+        fail(p.node(),
+             fmt::format("{}: int_ior over ext_ior is {}, more than 1 was expected", describe(p.node()), m.eta));
+    set_diffuse(p, "diffuse_reflectance", m);
+    set_specular(p, m);
+    if (p.boolean("nonlinear", false)) m.flags |= IR_MATERIAL_NONLINEAR;
+    // Which part of the BSDF a sample takes: by their mean reflectances, a texture's guessed as one half.
+    const double base = m.texture == IR_NO_TEXTURE ? static_cast<double>(m.r + m.g + m.b) / 3.0 : 0.5;
+    const double coat = m.specular_texture == IR_NO_TEXTURE
+                            ? static_cast<double>(m.specular_r + m.specular_g + m.specular_b) / 3.0
+                            : 0.5;
+    m.specular_weight = base + coat > 0.0 ? static_cast<float>(coat / (base + coat)) : 0.5f;
+    set_coat(m);
+}
+
+void MaterialTable::set_coat(shared::Material& m) {
+    const bool rough = m.kind == IR_MATERIAL_ROUGH_PLASTIC, beckmann = (m.flags & IR_MATERIAL_BECKMANN) != 0;
+    const Coat wanted{m.kind, rough && beckmann, m.eta, rough ? m.alpha_u : 0.0f, {}};
+    std::size_t i = 0;
+    while (i < coats_.size() && !(coats_[i].kind == wanted.kind && coats_[i].beckmann == wanted.beckmann &&
+                                  coats_[i].eta == wanted.eta && coats_[i].alpha == wanted.alpha))
+        ++i;
+    if (i == coats_.size()) {
+        coats_.push_back(wanted);
+        const auto eta = static_cast<double>(m.eta);
+        if (rough)
+            coats_[i].table = rough_coat(eta, static_cast<double>(m.alpha_u), beckmann);
         else
-            metal = metal_colour(p.text("material", "none"));
-        s.reflectance.colour = glm::clamp(s.reflectance.colour * metal, 0.0, 1.0);
-    } else if (is({"plastic", "roughplastic"})) {
-        context_.unsupported(bsdf, supported_bsdfs, "diffuse with diffuse_reflectance");
-        s.reflectance = reflectance(p, "diffuse_reflectance", glm::dvec3(0.5));
-    } else if (is({"principled", "principledthin"})) {
-        context_.unsupported(bsdf, supported_bsdfs, "diffuse with base_color");
-        s.reflectance = reflectance(p, "base_color", glm::dvec3(0.5));
-    } else if (is({"dielectric", "roughdielectric"})) {
-        context_.unsupported(bsdf, supported_bsdfs, "twosided diffuse with reflectance 0.8");
-        s.reflectance.colour = glm::dvec3(0.8);
-        s.twosided = true;
-    } else if (is({"thindielectric", "null"})) {
-        context_.unsupported(bsdf, supported_bsdfs, "nothing, surfaces of this material are left out");
-        s.left_out = true;
-    } else if (is({"mask", "bumpmap", "normalmap", "blendbsdf"})) {
+            coats_[i].table.internal_reflectance = smooth_internal_reflectance(eta);
+    }
+    m.coat = static_cast<std::uint32_t>(i + 1);
+    m.internal_reflectance = static_cast<float>(coats_[i].table.internal_reflectance);
+}
+
+void MaterialTable::store_coats(Scene& scene) {
+    std::vector<std::uint32_t> first;
+    for (const Coat& coat : coats_) {
+        first.push_back(static_cast<std::uint32_t>(scene.texels.size()));
+        for (const float t : coat.table.transmittance) scene.texels.push_back(std::bit_cast<std::uint32_t>(t));
+    }
+    for (shared::Material& m : materials)
+        if (m.kind == IR_MATERIAL_ROUGH_PLASTIC) m.coat_table = first[m.coat - 1];
+}
+
+// ---- the rest ------------------------------------------------------------------------------------------------------
+
+shared::Material MaterialTable::substitute(const Node& bsdf, int depth) {
+    const std::string type = bsdf.get("type");
+    const std::string supported = supported_bsdfs() + did_you_mean(type, bsdf_names);
+    // Parameters that have no meaning for the substitute are passed over without a word each.
+    Properties p(context_, document_, bsdf);
+    shared::Material m = blank_material();
+    m.r = m.g = m.b = 0.5f;
+    if (type == "principled" || type == "principledthin") {
+        context_.unsupported(bsdf, supported, "diffuse with base_color");
+        set_diffuse(p, "base_color", m);
+    } else if (type == "blendbsdf") {
         const auto nested = p.objects("bsdf");
         if (nested.empty()) fail(bsdf, fmt::format("{} needs a nested bsdf", describe(bsdf)));
-        context_.unsupported(bsdf, supported_bsdfs, "its (first) nested bsdf");
-        s = surface(*nested[0], depth + 1);
+        context_.unsupported(bsdf, supported, "its (first) nested bsdf");
+        m = read(*nested[0], depth + 1);
     } else {
-        context_.unsupported(bsdf, supported_bsdfs, "diffuse with reflectance 0.5");
+        context_.unsupported(bsdf, supported, "diffuse with reflectance 0.5");
     }
-    return s;
+    return m;
 }
 
-glm::dvec3 MaterialTable::checked(const Node& node, const glm::dvec3& colour) const {
-    if (glm::all(glm::greaterThanEqual(colour, glm::dvec3(0.0))) &&
-        glm::all(glm::lessThanEqual(colour, glm::dvec3(1.0))))
-        return colour;
-    context_.problem(node, fmt::format("reflectance ({}, {}, {}) is outside [0, 1]", colour.x, colour.y, colour.z),
-                     "clamped");
-    return glm::clamp(colour, 0.0, 1.0);
-}
-
-MaterialTable::Reflectance MaterialTable::reflectance(Properties& p, const std::string& name,
-                                                      const glm::dvec3& fallback) {
-    Reflectance result;
-    result.colour = fallback;
+MaterialTable::Colour MaterialTable::colour(Properties& p, const std::string& name, const glm::dvec3& fallback) {
+    Colour result{fallback, IR_NO_TEXTURE};
     const Node* node = p.property(name);
     if (!node) return result;
-    if (node->tag == "texture") return texture(*node);
-    result.colour = checked(*node, parse_colour(context_, *node));
+    if (node->tag == "texture") {
+        result.texture = texture(*node, false);
+        result.value = glm::dvec3(1.0);
+        return result;
+    }
+    const glm::dvec3 c = parse_colour(context_, *node);
+    if (!glm::all(glm::greaterThanEqual(c, glm::dvec3(0.0))) || !glm::all(glm::lessThanEqual(c, glm::dvec3(1.0))))
+        context_.problem(*node, fmt::format("{} ({}, {}, {}) is outside [0, 1]", name, c.x, c.y, c.z), "clamped");
+    result.value = glm::clamp(c, 0.0, 1.0);
     return result;
 }
 
-MaterialTable::Reflectance MaterialTable::texture(const Node& node) {
-    Properties p(context_, document_, node);
-    Reflectance result;
-    const std::string type = node.get("type");
-    if (type != "bitmap") {
-        if (type == "checkerboard") {
-            context_.unsupported(node, "bitmap", "the mean of color0 and color1");
-            result.colour = checked(node, 0.5 * (p.colour("color0").value_or(glm::dvec3(0.4)) +
-                                                 p.colour("color1").value_or(glm::dvec3(0.2))));
-        } else {
-            context_.unsupported(node, "bitmap", "constant 0.5");
-        }
-        return result;
-    }
-    TextureSpec spec;
-    spec.node = &node;
-    spec.path = document_.resolve(node, p.text("filename"));
-    spec.raw = p.boolean("raw", false);
-    const std::string filter = p.text("filter_type", "bilinear"), wrap = p.text("wrap_mode", "repeat");
-    if (filter == "nearest")
-        spec.filter = IR_FILTER_NEAREST;
-    else if (filter != "bilinear")
-        fail(node, fmt::format("{}: filter_type is '{}'; bilinear or nearest was expected", describe(node), filter));
-    if (wrap == "mirror")
-        spec.wrap = IR_WRAP_MIRROR;
-    else if (wrap == "clamp")
-        spec.wrap = IR_WRAP_CLAMP;
-    else if (wrap != "repeat")
-        fail(node, fmt::format("{}: wrap_mode is '{}'; repeat, mirror or clamp was expected", describe(node), wrap));
-    spec.to_uv = p.transform("to_uv").value_or(glm::dmat4(1.0));
-    p.ignore({"format", "accel"});
-    p.finish();
-    result.texture = textures_.add(spec);
-    result.colour = glm::dvec3(1.0);
-    return result;
+int MaterialTable::texture(const Node& node, bool unbounded) {
+    TextureSpec spec = read_texture(context_, document_, node);
+    spec.unbounded = unbounded;
+    return textures_.add(spec);
 }
 
 }  // namespace irradia::loader

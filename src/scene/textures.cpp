@@ -67,9 +67,12 @@ Picture read_picture(const std::string& path, bool raw) {
     return picture;
 }
 
+bool is_bitmap(const TextureSpec& spec) { return !spec.checkerboard && !spec.vertex_colours; }
+
 bool same(const TextureSpec& a, const TextureSpec& b) {
     return a.path == b.path && a.raw == b.raw && a.unbounded == b.unbounded && a.wrap == b.wrap &&
-           a.filter == b.filter && a.to_uv == b.to_uv;
+           a.filter == b.filter && a.to_uv == b.to_uv && a.checkerboard == b.checkerboard && a.colours == b.colours &&
+           a.vertex_colours == b.vertex_colours;
 }
 
 }  // namespace
@@ -87,7 +90,7 @@ void TextureTable::load(const Context& context, Scene& scene) const {
     for (std::size_t i = 0; i < specs_.size(); ++i) {
         first[i] = i;
         for (std::size_t j = 0; j < i; ++j)
-            if (specs_[j].path == specs_[i].path && specs_[j].raw == specs_[i].raw &&
+            if (is_bitmap(specs_[i]) && specs_[j].path == specs_[i].path && specs_[j].raw == specs_[i].raw &&
                 specs_[j].unbounded == specs_[i].unbounded) {
                 first[i] = j;
                 break;
@@ -96,7 +99,7 @@ void TextureTable::load(const Context& context, Scene& scene) const {
     std::vector<Picture> pictures(specs_.size());
     std::vector<std::exception_ptr> errors(specs_.size());
     tbb::parallel_for(std::size_t{0}, specs_.size(), [&](std::size_t i) {
-        if (first[i] != i) return;
+        if (first[i] != i || !is_bitmap(specs_[i])) return;
         try {
             pictures[i] = read_picture(specs_[i].path, specs_[i].raw);
         } catch (...) {
@@ -121,6 +124,17 @@ void TextureTable::load(const Context& context, Scene& scene) const {
         texture.m10 = static_cast<float>(spec.to_uv[0][1]);
         texture.m11 = static_cast<float>(spec.to_uv[1][1]);
         texture.m12 = static_cast<float>(spec.to_uv[3][1]);
+        if (!is_bitmap(spec)) {
+            texture.width = texture.height = 1;
+            texture.format = spec.checkerboard ? IR_TEXTURE_CHECKERBOARD : IR_TEXTURE_VERTEX_COLOUR;
+            texture.offset = static_cast<std::uint32_t>(scene.texels.size());  // vertex colours: add_vertex_colours()
+            if (spec.checkerboard)
+                for (const glm::dvec3& colour : spec.colours)
+                    for (int c = 0; c < 3; ++c)
+                        scene.texels.push_back(std::bit_cast<std::uint32_t>(static_cast<float>(colour[c])));
+            scene.textures.push_back(texture);
+            continue;
+        }
         if (first[i] != i) {
             const auto& original = scene.textures[first[i]];
             texture.offset = original.offset;
