@@ -31,4 +31,34 @@ void set_film_size(Scene& scene, int width, int height) {
         static_cast<float>(std::sqrt(old_width * old_height / (static_cast<double>(width) * height)));
 }
 
+void set_rfilter(Scene& scene, const std::string& name) {
+    if (name.empty()) return;
+    shared::SceneInfo& info = scene.info;
+    info.rfilter_stddev = 0.0f;
+    if (name == "box") {
+        info.rfilter = IR_RFILTER_BOX;
+        info.rfilter_radius = 0.5f;
+    } else if (name == "tent") {
+        info.rfilter = IR_RFILTER_TENT;
+        info.rfilter_radius = 1.0f;
+    } else if (name == "gaussian") {
+        info.rfilter = IR_RFILTER_GAUSSIAN;
+        info.rfilter_stddev = 0.5f;
+        info.rfilter_radius = 2.0f;  // four standard deviations, as the loader has it
+    } else {
+        throw Error("--rfilter: '" + name + "' was found, box, tent or gaussian was expected");
+    }
+}
+
+std::string rfilter_name(const Scene& scene) {
+    switch (scene.info.rfilter) {
+        case IR_RFILTER_BOX:
+            return "box";
+        case IR_RFILTER_TENT:
+            return "tent";
+        default:
+            return "gaussian";
+    }
+}
+
 }  // namespace irradia::app

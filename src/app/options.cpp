@@ -167,6 +167,11 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                "other follows the scene's shape")
         ->check(CLI::Range(1, 1 << 16));
     scene.value("--height", o.height, "PIXELS", "Height of the picture [the scene's]")->check(CLI::Range(1, 1 << 16));
+    scene
+        .value("--rfilter", o.rfilter, "box|tent|gaussian",
+               "Reconstruction filter, of Mitsuba's default width, instead of the scene's; pictures that are compared "
+               "pixel by pixel must be filtered alike")
+        ->check(CLI::IsMember({"box", "tent", "gaussian"}));
     scene.list("-D,--define", defines, "NAME=VALUE", "Value of $NAME in the scene file; may be repeated");
     scene.flag("--lenient", o.lenient,
                "Replace what is not supported by a stated substitute, with a warning, instead of stopping");

@@ -17,6 +17,7 @@ struct Options {
     RenderSettings settings;
     DeviceOptions device;
     std::map<std::string, std::string> defines;  ///< -D name=value
+    std::string rfilter;                         ///< box, tent or gaussian; "" = the scene's
     int width = 0, height = 0;                   ///< pixels; 0 = the scene's
     double exposure = 0;                         ///< stops, PNG only
     bool lenient = false, quiet = false, verbose = false, list_devices = false;

@@ -153,7 +153,8 @@ void run(const Options& o) {
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
 
     double accel_seconds = 0;
-    const Scene scene = open_scene(o, messages, accel_seconds);
+    Scene scene = open_scene(o, messages, accel_seconds);
+    set_rfilter(scene, o.rfilter);
     const double load_seconds = now() - began - accel_seconds;
     messages.detail(scene_text(scene, load_seconds) + ", hierarchy in " + time_text(accel_seconds));
     if (!o.pack.empty()) {

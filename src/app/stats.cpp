@@ -8,6 +8,7 @@
 #include <sstream>
 #include <vector>
 
+#include "app/film_size.h"
 #include "app/progress.h"
 
 namespace irradia::app {
@@ -95,6 +96,7 @@ std::string stats_json(const Run& r) {
                      {{"file", r.scene.source},
                       {"width", r.scene.info.width},
                       {"height", r.scene.info.height},
+                      {"rfilter", rfilter_name(r.scene)},
                       {"triangles", r.scene.triangles.size()},
                       {"analytic_primitives", r.scene.analytics.size()},
                       {"materials", r.scene.materials.size()},
@@ -129,6 +131,7 @@ std::map<std::string, std::string> picture_metadata(const Run& r) {
     };
     add("version", IRRADIA_VERSION);
     add("scene", r.scene.source);
+    add("rfilter", rfilter_name(r.scene));
     const Json settings = settings_json(r.options, r.statistics.spp);
     for (const auto& [key, value] : settings.items()) add(key, value);
     add("device", r.device.name);

@@ -50,5 +50,23 @@ TEST(FilmSize, ShapeMayNotChangeBeyondAPixelsRounding) {
     EXPECT_EQ(scene.info.width, 300u);
 }
 
+// Widths: Mitsuba 3's documentation of its reconstruction filters (tent: radius 1; gaussian: stddev 0.5).
+TEST(FilmFilter, HasMitsubasDefaultWidth) {
+    Scene scene = film(4, 4);
+    set_rfilter(scene, "gaussian");
+    EXPECT_EQ(scene.info.rfilter, IR_RFILTER_GAUSSIAN);
+    EXPECT_FLOAT_EQ(scene.info.rfilter_stddev, 0.5f);
+    EXPECT_FLOAT_EQ(scene.info.rfilter_radius, 2.0f);
+    set_rfilter(scene, "");
+    EXPECT_EQ(rfilter_name(scene), "gaussian");
+    set_rfilter(scene, "tent");
+    EXPECT_EQ(rfilter_name(scene), "tent");
+    EXPECT_FLOAT_EQ(scene.info.rfilter_radius, 1.0f);
+    set_rfilter(scene, "box");
+    EXPECT_EQ(rfilter_name(scene), "box");
+    EXPECT_FLOAT_EQ(scene.info.rfilter_radius, 0.5f);
+    EXPECT_THROW(set_rfilter(scene, "mitchell"), Error);
+}
+
 }  // namespace
 }  // namespace irradia::app

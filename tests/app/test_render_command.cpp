@@ -31,6 +31,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--pack",
                                                "--width",
                                                "--height",
+                                               "--rfilter",
                                                "--define",
                                                "--lenient",
                                                "--method",
@@ -111,6 +112,7 @@ TEST_F(RenderCommand, WrongCommandLinesExitWithTwo) {
         {{kScene, "-o", "a.exr", "--spp", "many"}, "--spp"},
         {{kScene, "-o", "a.exr", "--width", "0"}, "--width"},
         {{kScene, "-o", "a.exr", "--height", "-3"}, "--height"},
+        {{kScene, "-o", "a.exr", "--rfilter", "mitchell"}, "--rfilter"},
         {{kScene, "-o", "a.exr", "--accuracy", "0"}, "--accuracy"},
         {{kScene, "-o", "a.exr", "--accuracy", "nan"}, "'nan' is not a number above 0"},
         {{kScene, "-o", "a.exr", "--exposure", "nan"}, "'nan' is not a number from -60 to 60"},
@@ -222,6 +224,21 @@ TEST_F(RenderCommand, SeedDecidesThePicture) {
     ASSERT_EQ(render_small({"-o", "c.pfm", "--seed", "2"}).status, 0);
     EXPECT_EQ(test::file_text(in_folder("a.pfm")), test::file_text(in_folder("b.pfm")));
     EXPECT_NE(test::file_text(in_folder("a.pfm")), test::file_text(in_folder("c.pfm")));
+}
+
+// scenes/cornell-box.xml has a box filter: naming it changes nothing, a wide one does, also on a packed scene.
+TEST_F(RenderCommand, FilterReplacesTheScenes) {
+    ASSERT_EQ(render_small({"-o", "a.pfm"}).status, 0);
+    ASSERT_EQ(render_small({"-o", "box.pfm", "--rfilter", "box"}).status, 0);
+    ASSERT_EQ(render_small({"-o", "tent.pfm", "--rfilter", "tent", "--stats", "s.json"}).status, 0);
+    EXPECT_EQ(test::file_text(in_folder("a.pfm")), test::file_text(in_folder("box.pfm")));
+    EXPECT_NE(test::file_text(in_folder("a.pfm")), test::file_text(in_folder("tent.pfm")));
+    EXPECT_EQ(nlohmann::json::parse(test::file_text(in_folder("s.json")))["scene"]["rfilter"], "tent");
+
+    ASSERT_EQ(render({kScene, "--pack", "scene.bin", "--width", "24", "--height", "24"}).status, 0);
+    ASSERT_EQ(render({"scene.bin", "-o", "packed.pfm", "--method", "path", "--spp", "1", "--rfilter", "tent"}).status,
+              0);
+    EXPECT_EQ(test::file_text(in_folder("tent.pfm")), test::file_text(in_folder("packed.pfm")));
 }
 
 TEST_F(RenderCommand, PackedSceneGivesTheSamePicture) {
