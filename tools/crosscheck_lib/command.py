@@ -8,16 +8,17 @@ import tempfile
 
 from . import BadInput
 
+REFERENCE_PARTS = 8
 DESCRIPTION = "Does render's path method agree with an independent renderer, within the noise of both?"
 EPILOG = """\
 The reference is two independent halves (--ref-a, --ref-b), linear, box-filtered; their size is that of the picture.
-Without them Mitsuba 3 renders the reference; the first time it is installed into --venv. Size, box filter and the depth of
-the scene's integrator are alike on both sides.
+Without them Mitsuba 3 renders the reference; the first time it is installed into --venv, from PyPI. Size, box filter
+and the depth of the scene's integrator are alike on both sides.
 
 What is tested: the difference of the means of each tile and channel over its standard error, and the mean of the whole
 picture. Variances come from the spread of the independent parts, of both sides; tools/crosscheck_lib/ztest.py says how
-heavy-tailed noise is met. p-values are corrected for the number of tests (Holm, Sidak): two renderers that agree are told
-to differ with probability --level. The trimmed bias leaves out tiles that contain outliers of either side.
+heavy-tailed noise is met. p-values are corrected for the number of tests (Holm, Sidak): two renderers that agree are
+told to differ with probability --level. The trimmed bias leaves out tiles that contain outliers of either side.
 
 Pictures in --out: ours.png, reference.png (one exposure), difference.png (a pixel's difference; white 0, red ours
 brighter, blue darker, full colour 4 sigmas), tiles.png (z of the worst channel, full colour 5), sheet.png (all four).
@@ -50,12 +51,19 @@ def at_least(kind, least):
     return read
 
 
+class Parser(argparse.ArgumentParser):
+    """Complains in one line."""
+
+    def error(self, message):
+        self.exit(2, f"crosscheck: {message} (crosscheck --help lists the options)\n")
+
+
 def parse(arguments):
     cache = pathlib.Path(os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache") / "irradia"
     root = pathlib.Path(__file__).resolve().parents[2]
     build = pathlib.Path(os.environ.get("IRRADIA_BUILD_DIR") or root / "build")
-    p = argparse.ArgumentParser("crosscheck", description=DESCRIPTION, epilog=EPILOG,
-                                formatter_class=argparse.RawDescriptionHelpFormatter)
+    p = Parser("crosscheck", description=DESCRIPTION, epilog=EPILOG,
+               formatter_class=argparse.RawDescriptionHelpFormatter)
     add = p.add_argument
     add("scene", metavar="SCENE.xml")
     add("--ref-a", metavar="A.exr", help="one half of the reference")
@@ -70,7 +78,8 @@ def parse(arguments):
     add("--level", type=float, default=0.01, metavar="P", help="probability of a false alarm [0.01]")
     add("--define", "-D", action="append", default=[], metavar="name=value", help="value of $name in the scene")
     add("--render", default=str(build / "bin" / "render"), metavar="PATH", help="executable [the build folder's]")
-    add("--render-option", action="append", default=[], metavar="OPT", help="handed to render, e.g. --render-option=--threads=1")
+    add("--render-option", action="append", default=[], metavar="OPT",
+        help="handed to render, for example --render-option=--threads=1")
     add("--venv", default=str(cache / "mitsuba"), metavar="DIR", help="where Mitsuba is installed [%(default)s]")
     add("--out", metavar="DIR", help="folder for pictures")
     add("--json", metavar="FILE", help="all figures")
@@ -99,21 +108,23 @@ def table(o, c, ours_spp, ours, reference):
     rows, columns = c.z.shape[:2]
     lines = [f"{o.scene}: {ours.shape[2]} x {ours.shape[1]}; ours {len(ours)} parts of {ours_spp} samples a pixel; "
              f"reference {len(reference)} parts"]
-    lines.append(f"  {'':8}{'mean ours':>11}{'mean ref.':>11}   bias, 95 % interval            trimmed bias, 95 % interval")
+    lines.append(f"  {'':8}{'mean ours':>11}{'mean ref.':>11}   {'bias, 95 % interval':31}"
+                 "trimmed bias, 95 % interval")
     for i, name in enumerate(CHANNELS):
         lines.append(f"  {name:8}{ours[..., i].mean():11.5g}{reference[..., i].mean():11.5g}   {percent(c.bias, i):31}"
                      f"{percent(c.trimmed, i)}")
     lines.append(f"  trimmed: over {c.trimmed.tiles} of {rows * columns} tiles, those without outliers")
     lines.append(f"  whole picture: corrected p = {min(c.bias_corrected):.3g}"
                  f" ({'differs' if min(c.bias_corrected) < 0.5 * c.level else 'agrees'} at {50 * c.level:g} %)")
-    lines.append(f"  tiles: {rows * columns} of {c.tile} x {c.tile} pixels, z: mean {c.z.mean():+.2f}, root mean square "
-                 f"{np.sqrt((c.z ** 2).mean()):.2f} (1 expected), largest {np.abs(c.z).max():.2f}; "
+    lines.append(f"  tiles: {rows * columns} of {c.tile} x {c.tile} pixels, z: mean {c.z.mean():+.2f}, root mean "
+                 f"square {np.sqrt((c.z ** 2).mean()):.2f} (1 expected), largest {np.abs(c.z).max():.2f}; "
                  f"{c.significant_tiles} differ at {50 * c.level:g} %, corrected for {c.z.size} tests")
     if max(c.scatter) > 1:
         lines.append(f"  noise is shared between pixels: variances times {c.scatter[0]:.2f} (ours), {c.scatter[1]:.2f}")
     lines.append(f"  {'worst tiles: pixels':24}{'channel':>8}{'z':>9}{'corrected p':>13}{'ours':>11}{'reference':>11}")
     for y, x, i in c.worst(10 if c.significant_tiles else 3):
-        at = f"x {x * c.tile}..{min((x + 1) * c.tile, ours.shape[2]) - 1}, y {y * c.tile}..{min((y + 1) * c.tile, ours.shape[1]) - 1}"
+        right, bottom = min((x + 1) * c.tile, ours.shape[2]) - 1, min((y + 1) * c.tile, ours.shape[1]) - 1
+        at = f"x {x * c.tile}..{right}, y {y * c.tile}..{bottom}"
         lines.append(f"  {at:24}{CHANNELS[i]:>8}{c.z[y, x, i]:+9.2f}{c.corrected[y, x, i]:13.2g}"
                      f"{c.ours[y, x, i]:11.5g}{c.reference[y, x, i]:11.5g}")
     lines.append("AGREE" if c.agrees else "DIFFER")
@@ -149,15 +160,17 @@ def run(o):
         reference = np.stack(halves)
         found = (reference.shape[2], reference.shape[1])
         if o.size and o.size != found:
-            raise BadInput(f"{o.ref_a}: {found[0]} x {found[1]} pixels were found, {o.size[0]} x {o.size[1]} were expected (--size)")
+            raise BadInput(f"{o.ref_a}: {found[0]} x {found[1]} pixels were found, "
+                           f"{o.size[0]} x {o.size[1]} were expected (--size)")
         o.size = found
     if o.out:
         pathlib.Path(o.out).mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="crosscheck.") as work:
         ours, spp = renderers.Ours(o, work, max_depth).parts()
         if reference is None:
-            reference = renderers.mitsuba_parts(o, work, max_depth, (ours.shape[2], ours.shape[1]),
-                                                max(1, -(-o.ref_spp // 8)) if o.ref_spp else max(1, spp * len(ours) // 8), 8)
+            ref_spp = max(1, -(-(o.ref_spp or spp * len(ours)) // REFERENCE_PARTS))
+            reference = renderers.mitsuba_parts(o, work, max_depth, (ours.shape[2], ours.shape[1]), ref_spp,
+                                                REFERENCE_PARTS)
     c = ztest.compare(ours, reference, o.tile, o.level)
     print(table(o, c, spp, ours, reference))
     if o.json:

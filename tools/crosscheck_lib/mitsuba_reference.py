@@ -1,8 +1,8 @@
 """Runs inside the virtual environment that has Mitsuba 3:
-python mitsuba_reference.py SCENE.xml WIDTH HEIGHT MAX_DEPTH SPP PARTS OUT_PREFIX [name=value ...]
+python mitsuba_reference.py VARIANT SCENE.xml WIDTH HEIGHT MAX_DEPTH SPP PARTS OUT_PREFIX [name=value ...]
 
-Renders PARTS independent pictures of SPP samples into OUT_PREFIX<i>.exr: the scene as it is, but for size, box filter and
-a path integrator that hides nothing.
+Renders PARTS independent pictures of SPP samples into OUT_PREFIX<i>.exr: the scene as it is, but for size, box filter
+and a path integrator that hides nothing.
 """
 import os
 import sys
@@ -18,7 +18,7 @@ WAVEFRONT = 1 << 23  # samples at once
 def rewritten(scene, width, height, max_depth):
     tree = ET.parse(scene)
     root = tree.getroot()
-    sensors = [s for s in root.iter("sensor")]
+    sensors = list(root.iter("sensor"))
     if not sensors:
         sys.exit(f"{scene}: no <sensor> was found, one in this very file was expected")
     for old in root.findall("integrator"):
@@ -45,13 +45,9 @@ def rewritten(scene, width, height, max_depth):
 
 
 def main():
-    scene_file, (width, height, max_depth, spp, parts), prefix = sys.argv[1], map(int, sys.argv[2:7]), sys.argv[7]
-    defines = dict(d.split("=", 1) for d in sys.argv[8:])
-    try:
-        mi.set_variant("llvm_ad_rgb")
-        mi.load_dict({"type": "sphere"})  # throws where LLVM's library is missing
-    except Exception:
-        mi.set_variant("scalar_rgb")
+    mi.set_variant(sys.argv[1])
+    scene_file, (width, height, max_depth, spp, parts), prefix = sys.argv[2], map(int, sys.argv[3:8]), sys.argv[8]
+    defines = dict(d.split("=", 1) for d in sys.argv[9:])
     folder = os.path.dirname(os.path.abspath(scene_file))
     # Beside no file of the user's: the scene's own folder is searched for meshes and textures instead.
     with tempfile.TemporaryDirectory() as work:

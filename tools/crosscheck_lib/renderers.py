@@ -1,7 +1,6 @@
 """Runs `render` and Mitsuba 3."""
 import json
 import pathlib
-import shutil
 import subprocess
 import sys
 import time
@@ -54,7 +53,8 @@ class Ours:
         """Picture, and the seconds that its rendering took."""
         out, stats = self.work / "part.pfm", self.work / "part.json"
         call([self.options.render, self.packed, "-o", out, "--stats", stats, "--quiet", "--method", "path", "--rfilter",
-              "box", "--spp", spp, "--seed", seed, "--max-depth", self.max_depth, *self.options.render_option], "render")
+              "box", "--spp", spp, "--seed", seed, "--max-depth", self.max_depth, *self.options.render_option],
+             "render")
         return pictures.read(out), json.loads(stats.read_text())["wall_seconds"]["render"]
 
     def parts(self):
@@ -77,8 +77,7 @@ def mitsuba_python(venv):
     if python.exists() and subprocess.run([python, "-c", "import mitsuba"], capture_output=True).returncode == 0:
         return python
     print(f"crosscheck: installing Mitsuba {MITSUBA} from PyPI into {venv}", file=sys.stderr)
-    base = shutil.which("python3") if sys.executable is None else sys.executable
-    call([base, "-m", "venv", "--clear", venv], "python3 -m venv (Debian: python3-venv)")
+    call([sys.executable, "-m", "venv", "--clear", venv], "python3 -m venv (Debian: python3-venv)")
     call([python, "-m", "pip", "install", "--quiet", f"mitsuba=={MITSUBA}", "numpy"], "pip install mitsuba")
     return python
 
@@ -86,6 +85,11 @@ def mitsuba_python(venv):
 def mitsuba_parts(options, work, max_depth, size, spp, parts):
     script = pathlib.Path(__file__).with_name("mitsuba_reference.py")
     prefix = pathlib.Path(work) / "reference"
-    call([mitsuba_python(options.venv), script, options.scene, *size, max_depth, spp, parts, prefix, *options.define],
-         "Mitsuba")
+    python = mitsuba_python(options.venv)
+    rest = [options.scene, *size, max_depth, spp, parts, prefix, *options.define]
+    try:
+        call([python, script, "llvm_ad_rgb", *rest], "Mitsuba")
+    except BadInput:  # no LLVM library, or one that cannot compile some material: it aborts the process
+        print("crosscheck: Mitsuba's LLVM variant failed; trying its scalar one, which is slower", file=sys.stderr)
+        call([python, script, "scalar_rgb", *rest], "Mitsuba")
     return np.stack([pictures.read(f"{prefix}{i}.exr") for i in range(parts)])

@@ -205,17 +205,19 @@ class Comparison:
         return [(int(i // p.shape[1]), int(i % p.shape[1]), int(channel.flat[i])) for i in order]
 
 
-def _bias(ours, ref, tiles, tile, extra):
-    """Over the tiles of the mask `tiles`."""
+def _bias(ours, ref, tiles, tile, extra, floors):
+    """Over the tiles of the mask `tiles`. `floors`: of each side, the variance that its tiles, floored by each other,
+    give the sum over each tile."""
     mask = np.repeat(np.repeat(tiles, tile, 0), tile, 1)[:ours.shape[1], :ours.shape[2]]
     a, b = np.asarray(ours, float)[:, mask], np.asarray(ref, float)[:, mask]
     value, low, high, p = [], [], [], []
     for c in range(a.shape[-1]):
         estimate = []
-        for x in (a[..., c], b[..., c]):
+        for x, floor in ((a[..., c], floors[0]), (b[..., c], floors[1])):
             v = x.var(axis=0, ddof=1) / len(x)
             first, second = v.sum(), (v * v).sum()
-            estimate.append((x.mean(), first / v.size ** 2, float(_effective_dof(first, second, len(x)))))
+            variance = max(first, floor[tiles][:, c].sum()) / v.size ** 2
+            estimate.append((x.mean(), variance, float(_effective_dof(first, second, len(x)))))
         (ma, va, da), (mb, vb, db) = estimate
         va, vb = va * extra[0] + (ROUNDING * ma) ** 2, vb * extra[1]
         scale = abs(mb) if mb else 1.0
@@ -238,7 +240,7 @@ def _calm_tiles(ours, ref):
     return calm
 
 
-def _trimmed_bias(ours, ref, tile, extra):
+def _trimmed_bias(ours, ref, tile, extra, floors):
     """Cross-fitted: one half of the data chooses the tiles, the other half is averaged over them, and the other way
     round. Tiles chosen by the data that they average would be those whose fireflies happen to be missing."""
     biases = []
@@ -247,7 +249,9 @@ def _trimmed_bias(ours, ref, tile, extra):
         # One picture alone (half of two) has no variance; its tiles are judged by both, being all that there is.
         sides = [measure_side(x if len(x) > 1 else whole, tile) for x, whole in ((other_a, ours), (other_b, ref))]
         calm = _calm_tiles(*sides)
-        biases.append(_bias(a if len(a) > 1 else ours, b if len(b) > 1 else ref, calm, tile, extra))
+        a, b = a if len(a) > 1 else ours, b if len(b) > 1 else ref
+        scaled = (floors[0] * len(ours) / len(a), floors[1] * len(ref) / len(b))
+        biases.append(_bias(a, b, calm, tile, extra, scaled))
     mean = lambda name: [0.5 * (x + y) for x, y in zip(getattr(biases[0], name), getattr(biases[1], name))]
     # The folds' errors are partly shared (a two-half reference), so their intervals are averaged, not narrowed.
     return Bias(mean("value"), mean("low"), mean("high"), mean("p"), min(b.tiles for b in biases))
@@ -269,9 +273,11 @@ def compare(ours, reference, tile=16, level=0.01):
     p = np.array([t_p_value(t, max(1.0, d)) if abs(t) > 2.0 else 1.0 for t, d in zip(z.ravel(), dof.ravel())])
     extra = (a.scatter, b.scatter)
     everything = np.ones(a.mean.shape[:2], bool)
-    bias = _bias(ours, reference, everything, tile, extra)
+    count = tile_sums(np.ones(ours.shape[1:]), tile)
+    floors = (a.variance * count ** 2, b.variance * count ** 2)
+    bias = _bias(ours, reference, everything, tile, extra, floors)
     return Comparison(tile, level, z, holm_sidak(p).reshape(z.shape), a.mean, b.mean, bias,
-                      _trimmed_bias(ours, reference, tile, extra), extra, [float(x) for x in holm_sidak(bias.p)])
+                      _trimmed_bias(ours, reference, tile, extra, floors), extra, [float(x) for x in holm_sidak(bias.p)])
 
 
 def pixel_sigmas(ours, reference, radius=2):
