@@ -2,6 +2,7 @@
 // include the choice of the light, so that they can be weighed against a BSDF's density.
 #ifndef IR_LIGHT_H
 #define IR_LIGHT_H
+#include "environment.h"
 #include "solid_angle.h"
 #include "surface.h"
 
@@ -109,54 +110,73 @@ IR_FN bool sample_near_light(const Light* l, real3 p, float u, float v, LightSam
     return true;
 }
 
-// A sample of the light arriving at p (unit normal n: used by the constant environment only).
-IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
+#if IR_FEATURES & IR_FEATURE_TEXTURED_LIGHTS
+// Texture coordinates of a point on a textured area light, by the primitive that carries them.
+IR_FN void light_coordinates(const SceneData* s, const Light* l, real3 point, float* u, float* v) {
+    if (l->primitive < s->info->triangle_count) {
+        const Triangle tri = s->triangles[l->primitive];
+        const Vertex a = s->vertices[tri.v0], b = s->vertices[tri.v1], c = s->vertices[tri.v2];
+        const real3 origin = make_real3(a.px, a.py, a.pz), d = point - origin;
+        const real3 e1 = make_real3(b.px, b.py, b.pz) - origin, e2 = make_real3(c.px, c.py, c.pz) - origin;
+        // Barycentrics; of a rectangle's other half they lie outside [0, 1], and the mapping is the same affine one.
+        const float e11 = dot(e1, e1), e12 = dot(e1, e2), e22 = dot(e2, e2), d1 = dot(d, e1), d2 = dot(d, e2);
+        const float inverse = 1.0f / max(e11 * e22 - e12 * e12, 1e-37f);
+        const float beta = (d1 * e22 - d2 * e12) * inverse, gamma = (d2 * e11 - d1 * e12) * inverse;
+        const bool mapped = (tri.flags & IR_TRIANGLE_HAS_UV) != 0u;
+        *u = mapped ? a.u + beta * (b.u - a.u) + gamma * (c.u - a.u) : beta;
+        *v = mapped ? a.v + beta * (b.v - a.v) + gamma * (c.v - a.v) : gamma;
+        return;
+    }
+#if IR_FEATURES & IR_FEATURE_ANALYTIC
+    const Analytic q = s->analytics[l->primitive - s->info->triangle_count];
+    const real3 d = point - make_real3(q.px, q.py, q.pz);
+    if (q.kind == IR_ANALYTIC_SPHERE) {
+        sphere_uv(&q, normalize(d), u, v);
+    } else if (q.kind == IR_ANALYTIC_CYLINDER) {  // Mitsuba's: u = azimuth / 2 pi, v = height, 1 at the other end
+        *u = turns_of(dot(d, make_real3(q.ux, q.uy, q.uz)), dot(d, make_real3(q.vx, q.vy, q.vz)));
+        *v = dot(d, make_real3(q.nx, q.ny, q.nz)) / q.length;
+    } else {
+        disk_uv(&q, point, u, v);
+    }
+#endif
+}
+#endif
+
+// Radiance that an area light emits at texture coordinates u, v, to its emitting side.
+IR_FN real3 area_light_radiance(const SceneData* s, uint light, float u, float v) {
+    const IR_GLOBAL Light* l = &s->lights[light];
+#if IR_FEATURES & IR_FEATURE_TEXTURED_LIGHTS
+    if (l->texture != IR_NO_TEXTURE) return texture_lookup(s, l->texture, u, v);
+#endif
+    return make_real3(l->r, l->g, l->b);
+}
+
+#if IR_FEATURES & IR_FEATURE_DELTA_LIGHTS
+// Factor of a spot's intensity in direction w (unit, away from it): 1 within the inner cone, falling linearly with the
+// angle to 0 at the cutoff (Mitsuba). By the angle: cosines of narrow cones hardly differ in float32.
+IR_FN float spot_falloff(const Light* l, real3 w) {
+    const real3 axis = make_real3(l->nx, l->ny, l->nz);
+    const float angle = 2.0f * IR_PI * turns_of(dot(axis, w), length(cross(axis, w)));
+    const float cutoff = l->e2x, beam = l->e2y;
+    if (angle <= beam) return 1.0f;
+    return angle < cutoff ? (cutoff - angle) / (cutoff - beam) : 0.0f;
+}
+#endif
+
+// A sample of an area light of radiance `power`.
+IR_FN LightSample sample_area_light(const Light* l, real3 power, real3 p, float u0, float u1) {
     LightSample sample;
     sample.valid = false;
     sample.density = 0.0f;
-    sample.cosine = 1.0f;
-    sample.distance = IR_INFINITY;
     sample.radiance = make_real3(0.0f, 0.0f, 0.0f);
-    sample.direction = n;
-    if (s->info->light_count == 0u) return sample;
-    const Light light = s->lights[choose_light(s, &u0)];
-    const real3 power = make_real3(light.r, light.g, light.b);
-    const real3 position = make_real3(light.px, light.py, light.pz);
-#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
-    if (light.kind == IR_LIGHT_CONSTANT) {
-        const Frame frame = make_frame(n);
-        const real3 in_frame = cosine_direction(u0, u1);
-        sample.direction = to_world(frame, in_frame);
-        sample.density = light.probability * in_frame.z * IR_INV_PI;
-        sample.radiance = power * (1.0f / sample.density);
-        sample.valid = true;
-        return sample;
-    }
-#endif
-#if IR_FEATURES & IR_FEATURE_DELTA_LIGHTS
-    if (light.kind == IR_LIGHT_DIRECTIONAL) {
-        sample.direction = make_real3(-light.nx, -light.ny, -light.nz);
-        sample.radiance = power * (1.0f / light.probability);
-        sample.valid = true;
-        return sample;
-    }
-    if (light.kind == IR_LIGHT_POINT) {
-        const real3 to_light = position - p;
-        const float square = dot(to_light, to_light);
-        sample.distance = sqrt(square);
-        sample.direction = to_light * (1.0f / sample.distance);
-        sample.radiance = power * (1.0f / (square * light.probability));
-        sample.valid = square > 0.0f;
-        return sample;
-    }
-#endif
-    if (is_near_light(&light, p) && sample_near_light(&light, p, u0, u1, &sample)) return sample;
-    real3 point = position, normal = make_real3(light.nx, light.ny, light.nz);
+    if (is_near_light(l, p) && sample_near_light(l, p, u0, u1, &sample)) return sample;
+    const real3 position = make_real3(l->px, l->py, l->pz);
+    real3 point = position, normal = make_real3(l->nx, l->ny, l->nz);
 #if IR_FEATURES & IR_FEATURE_ANALYTIC
-    if (light.kind == IR_LIGHT_SPHERE) {
+    if (l->kind == IR_LIGHT_SPHERE) {
         const real3 to_centre = position - p;
-        const float square = dot(to_centre, to_centre), radius2 = light.radius * light.radius;
-        if (light.nx > 0.0f && square > radius2 * 1.0002f) {  // outside: uniform in the cone of visible directions
+        const float square = dot(to_centre, to_centre), radius2 = l->radius * l->radius;
+        if (l->nx > 0.0f && square > radius2 * 1.0002f) {  // outside: uniform in the cone of visible directions
             const float sin2 = radius2 / square, height = cone_height(sin2);
             const float cosine = 1.0f - u0 * height;
             const float sine = sqrt(max(u0 * height * (1.0f + cosine), 0.0f));
@@ -168,27 +188,35 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
             // distance to the near side: q = (square - r²) / (b + sqrt(b² - square + r²)), without cancellation
             const float root = sqrt(max(b * b - square + radius2, 0.0f));
             sample.distance = (square - radius2) / (b + root);
-            sample.cosine = root / light.radius;
-            sample.density = light.probability / (2.0f * IR_PI * height);
+            sample.cosine = root / l->radius;
+            sample.density = l->probability / (2.0f * IR_PI * height);
             sample.radiance = power * (1.0f / sample.density);
             sample.valid = true;
             return sample;
         }
         const real3 out = sample_sphere(u0, u1);
-        point = position + out * light.radius;
-        normal = out * light.nx;
+        point = position + out * l->radius;
+        normal = out * l->nx;
+    } else if (l->kind == IR_LIGHT_CYLINDER) {
+        const real3 axis = make_real3(l->e1x, l->e1y, l->e1z);
+        const Frame frame = make_frame(normalize(axis));
+        float sp, cp;
+        sincos_turns(u1, &sp, &cp);
+        const real3 out = frame.t * cp + frame.b * sp;
+        point = position + axis * u0 + out * l->radius;
+        normal = out * l->nx;
     } else
 #endif
     {
-        const real3 e1 = make_real3(light.e1x, light.e1y, light.e1z), e2 = make_real3(light.e2x, light.e2y, light.e2z);
+        const real3 e1 = make_real3(l->e1x, l->e1y, l->e1z), e2 = make_real3(l->e2x, l->e2y, l->e2z);
         float a = u0, b = u1;
-        if (light.kind == IR_LIGHT_TRIANGLE) {
+        if (l->kind == IR_LIGHT_TRIANGLE) {
             const float root = sqrt(u0);
             a = root * (1.0f - u1);
             b = root * u1;
         }
 #if IR_FEATURES & IR_FEATURE_ANALYTIC
-        if (light.kind == IR_LIGHT_DISK) {
+        if (l->kind == IR_LIGHT_DISK) {
             const real3 d = sample_disk(u0, u1);
             a = d.x;
             b = d.y;
@@ -205,10 +233,76 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
     sample.distance = distance;
     sample.cosine = cosine;
     if (cosine > 0.0f && square > 0.0f) {
-        sample.density = light.probability * square / (cosine * light.area);
+        sample.density = l->probability * square / (cosine * l->area);
         sample.radiance = power * (1.0f / sample.density);
         sample.valid = true;
     }
+    return sample;
+}
+
+// A sample of the light arriving at p (unit normal n: used by the constant environment only).
+IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
+    LightSample sample;
+    sample.valid = false;
+    sample.density = 0.0f;
+    sample.cosine = 1.0f;
+    sample.distance = IR_INFINITY;
+    sample.radiance = make_real3(0.0f, 0.0f, 0.0f);
+    sample.direction = n;
+    if (s->info->light_count == 0u) return sample;
+    const Light light = s->lights[choose_light(s, &u0)];
+    const real3 power = make_real3(light.r, light.g, light.b);
+#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
+    if (light.kind == IR_LIGHT_CONSTANT) {
+        const Frame frame = make_frame(n);
+        const real3 in_frame = cosine_direction(u0, u1);
+        sample.direction = to_world(frame, in_frame);
+        sample.density = light.probability * in_frame.z * IR_INV_PI;
+        sample.radiance = power * (1.0f / sample.density);
+        sample.valid = true;
+        return sample;
+    }
+#endif
+#if IR_FEATURES & IR_FEATURE_ENVMAP
+    if (light.kind == IR_LIGHT_ENVMAP) {
+        real3 radiance;
+        sample.direction = sample_picture(s, &light, u0, u1, &sample.density, &radiance);
+        sample.density *= light.probability;
+        sample.valid = sample.density > 0.0f;
+        if (sample.valid) sample.radiance = radiance * (1.0f / sample.density);
+        return sample;
+    }
+#endif
+#if IR_FEATURES & IR_FEATURE_DELTA_LIGHTS
+    if (light.kind == IR_LIGHT_DIRECTIONAL) {
+        sample.direction = make_real3(-light.nx, -light.ny, -light.nz);
+        sample.radiance = power * (1.0f / light.probability);
+        sample.valid = true;
+        return sample;
+    }
+    if (light.kind == IR_LIGHT_POINT || light.kind == IR_LIGHT_SPOT) {
+        const real3 to_light = make_real3(light.px, light.py, light.pz) - p;
+        const float square = dot(to_light, to_light);
+        sample.distance = sqrt(square);
+        sample.direction = to_light * (1.0f / sample.distance);
+        sample.valid = square > 0.0f;
+        float intensity = 1.0f;
+        if (light.kind == IR_LIGHT_SPOT && sample.valid) {
+            intensity = spot_falloff(&light, -sample.direction);
+            sample.valid = intensity > 0.0f;
+        }
+        sample.radiance = power * (intensity / (square * light.probability));
+        return sample;
+    }
+#endif
+    sample = sample_area_light(&light, power, p, u0, u1);
+#if IR_FEATURES & IR_FEATURE_TEXTURED_LIGHTS
+    if (light.texture != IR_NO_TEXTURE && sample.valid) {
+        float u = 0.0f, v = 0.0f;
+        light_coordinates(s, &light, p + sample.direction * sample.distance, &u, &v);
+        sample.radiance = texture_lookup(s, light.texture, u, v) * (1.0f / sample.density);
+    }
+#endif
     return sample;
 }
 

@@ -1,6 +1,7 @@
 // What kernels take for granted of a scene's arrays (the acceleration structures: check_accel.cpp).
 #include <bit>
 #include <cmath>
+#include <vector>
 
 #include "core/check.h"
 #include "irradia/PackedScene.h"
@@ -38,7 +39,7 @@ void check_geometry(const std::string& where, const Scene& scene) {
     }
 }
 
-void check_texture(const Place& p, const shared::Texture& t, const std::vector<std::uint32_t>& texels) {
+void check_texture(const Place& p, const shared::Texture& t, const std::vector<std::uint32_t>& texels, bool unbounded) {
     p.require(t.format <= IR_TEXTURE_RGB32F, "unknown format");
     p.require(t.wrap <= IR_WRAP_CLAMP, "unknown wrap mode");
     p.require(t.filter <= IR_FILTER_NEAREST, "unknown filter");
@@ -49,8 +50,11 @@ void check_texture(const Place& p, const shared::Texture& t, const std::vector<s
     p.require(texels.size() <= 0xffffffffu && t.offset <= texels.size() && words <= texels.size() - t.offset,
               "texels are outside the texel array");
     if (t.format != IR_TEXTURE_RGB32F) return;
-    for (std::uint64_t i = 0; i < words; ++i)
-        p.require(in_unit(std::bit_cast<float>(texels[t.offset + i])), "a texel is outside [0, 1]");
+    for (std::uint64_t i = 0; i < words; ++i) {
+        const float x = std::bit_cast<float>(texels[t.offset + i]);
+        p.require(unbounded ? std::isfinite(x) : in_unit(x),
+                  unbounded ? "a texel is not finite" : "a texel is outside [0, 1]");
+    }
 }
 
 void check_appearance(const std::string& where, const Scene& scene) {
@@ -77,8 +81,51 @@ void check_appearance(const std::string& where, const Scene& scene) {
             m.kind != IR_MATERIAL_ROUGH_PLASTIC || std::uint64_t{m.coat_table} + IR_COAT_TABLE <= scene.texels.size(),
             "the coat's table is outside the texel array");
     }
+    // Radiance and heights may be any numbers; reflectances are looked up unchecked by the kernels.
+    std::vector<bool> factor(scene.textures.size(), false), unbounded(scene.textures.size(), false);
+    const auto mark = [](std::vector<bool>& marks, int texture) {
+        if (texture >= 0) marks[static_cast<std::size_t>(texture)] = true;
+    };
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        Place{where, "light", i}.optional_below(scene.lights[i].texture, scene.textures.size(), "texture");
+        mark(unbounded, scene.lights[i].texture);
+    }
+    for (const shared::Material& m : scene.materials) {
+        mark(unbounded, m.map);
+        for (const int texture : {m.texture, m.specular_texture, m.opacity_texture, m.alpha_texture})
+            mark(factor, texture);
+    }
     for (std::size_t i = 0; i < scene.textures.size(); ++i)
-        check_texture({where, "texture", i}, scene.textures[i], scene.texels);
+        check_texture({where, "texture", i}, scene.textures[i], scene.texels, unbounded[i] && !factor[i]);
+}
+
+/// An environment picture and the tables by which it is sampled (cl/environment.h).
+void check_environment(const Place& p, const shared::Light& l, const Scene& scene) {
+    p.require(l.texture >= 0, "an environment without its picture");
+    const shared::Texture& t = scene.textures[static_cast<std::size_t>(l.texture)];
+    p.require(t.format == IR_TEXTURE_RGB32F, "the environment's picture has another format than floats");
+    p.require(t.height >= 2, "the environment's picture has less than 2 rows");
+    const std::uint64_t rows = t.height - 1, words = 3 * rows + 1 + rows * t.width;
+    p.require(l.table <= scene.texels.size() && words <= scene.texels.size() - l.table,
+              "the environment's tables are outside the texel array");
+    const auto at = [&](std::uint64_t i) { return std::bit_cast<float>(scene.texels[l.table + i]); };
+    const auto sums = [&](std::uint64_t first, std::uint64_t count) {
+        float before = 0.0f;
+        for (std::uint64_t i = 0; i < count; ++i) {
+            p.require(at(first + i) >= before, "a running sum of the environment's tables descends");
+            before = at(first + i);
+        }
+        p.require(before == 1.0f, "a running sum of the environment's tables does not end at 1");
+    };
+    sums(0, rows);
+    for (std::uint64_t i = 0; i <= rows; ++i) p.require(in_unit(at(rows + i)), "a row's height is outside [0, 1]");
+    for (std::uint64_t i = 0; i < rows; ++i)
+        p.require(std::isfinite(at(2 * rows + 1 + i)) && at(2 * rows + 1 + i) > 0.0f,
+                  "the density of a row of the environment is not positive");
+    for (std::uint64_t row = 0; row < rows; ++row) sums(3 * rows + 1 + row * t.width, t.width);
+    for (const float x : {l.e1x * l.e1x + l.e1y * l.e1y + l.e1z * l.e1z, l.e2x * l.e2x + l.e2y * l.e2y + l.e2z * l.e2z,
+                          l.nx * l.nx + l.ny * l.ny + l.nz * l.nz})
+        p.require(std::abs(x - 1.0f) < 1e-3f, "an axis of the environment is not of unit length");
 }
 
 void check_lights(const std::string& where, const Scene& scene) {
@@ -90,8 +137,15 @@ void check_lights(const std::string& where, const Scene& scene) {
         p.finite(l.px, l.py, l.pz, l.e1x, l.e1y, l.e1z, l.e2x, l.e2y, l.e2z, l.nx, l.ny, l.nz, l.area, l.radius);
         p.finite(l.r, l.g, l.b, l.probability, l.cdf);
         p.require(l.r >= 0.0f && l.g >= 0.0f && l.b >= 0.0f, "negative radiance");
-        p.optional_below(l.texture, scene.textures.size(), "texture");
         p.require(l.area >= 0.0f && l.radius >= 0.0f, "negative area or radius");
+        const bool area = l.kind <= IR_LIGHT_DISK || l.kind == IR_LIGHT_CYLINDER;
+        p.require(l.kind != IR_LIGHT_CYLINDER || (l.area > 0.0f && l.radius > 0.0f), "a cylinder without area");
+        p.require(l.kind != IR_LIGHT_SPOT || (l.e2x >= l.e2y && l.e2y >= 0.0f), "a spot's inner cone is the wider one");
+        if (l.kind == IR_LIGHT_ENVMAP)
+            check_environment(p, l, scene);
+        else
+            p.require(l.texture < 0 || area, "a texture on a light without area");
+        if (l.texture >= 0 && area) p.below(l.primitive, scene.triangles.size() + scene.analytics.size(), "primitive");
         p.require(in_unit(l.probability), "probability is outside [0, 1]");
         p.require(l.cdf >= before, "the cdf descends");
         before = l.cdf;
@@ -117,7 +171,7 @@ std::uint32_t needed_features(const Scene& scene) {
         if (l.kind == IR_LIGHT_ENVMAP) needed |= IR_FEATURE_ENVMAP;
         if (l.kind == IR_LIGHT_POINT || l.kind == IR_LIGHT_DIRECTIONAL || l.kind == IR_LIGHT_SPOT)
             needed |= IR_FEATURE_DELTA_LIGHTS;
-        if (l.texture >= 0 && l.kind != IR_LIGHT_ENVMAP) needed |= IR_FEATURE_TEXTURED_LIGHTS;
+        if (l.texture >= 0 && l.kind != IR_LIGHT_ENVMAP) needed |= IR_FEATURE_TEXTURED_LIGHTS | IR_FEATURE_TEXTURES;
     }
     return needed;
 }

@@ -20,11 +20,11 @@ double typical_irradiance(const Scene& scene) {
     double sum = 0;
     for (const shared::Light& l : scene.lights) {
         const double colour = std::max({l.r, l.g, l.b});
-        if (l.kind == IR_LIGHT_POINT)
+        if (l.kind == IR_LIGHT_POINT || l.kind == IR_LIGHT_SPOT)
             sum += colour * 4 * pi / square;
         else if (l.kind == IR_LIGHT_DIRECTIONAL)
             sum += colour;
-        else if (l.kind == IR_LIGHT_CONSTANT)
+        else if (l.kind == IR_LIGHT_CONSTANT || l.kind == IR_LIGHT_ENVMAP)
             sum += colour * pi;
         else
             sum += colour * pi * std::min(static_cast<double>(l.area) / square, 1.0);

@@ -168,13 +168,38 @@ void add_vertex_colours(const std::vector<Shape>& shapes, const std::vector<shar
                         const TextureTable& textures, Scene& scene);
 
 // ---- lights and camera ------------------------------------------------------------------------------------------
-/// A point, directional or constant light, in world space. `position` holds the direction of a directional light.
+/// An environment picture: linear radiance times scale, three floats a texel; cl/environment.h says which direction
+/// lies where.
+struct EnvironmentMap {
+    std::uint32_t width = 0, height = 0;  // at least 1 x 2
+    std::vector<float> texels;
+    glm::dmat3 axes{1.0};  // the map's unit x, y and z axis in the scene
+};
+EnvironmentMap read_environment(const Context& context, const Node& node, const std::string& path, double scale);
+/// Over the sphere.
+glm::dvec3 mean_radiance(const EnvironmentMap& map);
+/// Adds picture and sampling tables to the scene and points `light` to them. They take so many words of texels:
+std::size_t environment_words(const EnvironmentMap& map);
+void append_environment(const EnvironmentMap& map, Scene& scene, shared::Light& light);
+
+/// A light that belongs to no shape, in world space.
 struct FreeLight {
     std::uint32_t kind = IR_LIGHT_POINT;
-    glm::dvec3 position{0.0}, colour{0.0};
+    const Node* node = nullptr;
+    glm::dvec3 position{0.0}, direction{0.0}, colour{0.0};  // colour: of a picture its mean
+    double cutoff = 0.0, beam = 0.0;                        // spot: half angles of its cones, radians
+    EnvironmentMap map;
 };
-/// The radiance of a shape's <emitter>; no value if it is to be ignored (lenient).
+/// The radiance of a shape's <emitter>, 1 if that is a bitmap; no value if it is to be ignored (lenient).
 std::optional<glm::dvec3> read_area_emitter(const Context& context, const Document& document, const Node& emitter);
+inline bool is_bitmap(const Node& node) { return node.tag == "texture" && node.get("type") == "bitmap"; }
+/// Sets `radiance_texture` of shapes whose emitter's radiance is a bitmap.
+void read_radiance_textures(const Context& context, const Document& document, TextureTable& textures,
+                            std::vector<Shape>& shapes);
+/// When textures are loaded: sets `radiance` of these shapes to the mean of the texels.
+void set_mean_of_textures(const Scene& scene, std::vector<Shape>& shapes);
+/// Sets r, g, b of textured area lights, which hold the texture's mean, to the mean over the light.
+void set_mean_of_textured_lights(Scene& scene);
 /// The top-level emitters.
 std::vector<FreeLight> read_free_lights(const Context& context, const Document& document);
 /// Sets probability and cdf by power; `radius` = the scene's bounding sphere, for lights from outside.

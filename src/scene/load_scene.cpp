@@ -107,9 +107,33 @@ public:
         if (!(luminance(light.colour) > 0.0)) return;
         shared::Light l = blank(light.colour);
         l.kind = light.kind;
-        if (light.kind == IR_LIGHT_POINT) set3(l.px, l.py, l.pz, light.position - centre_);
-        if (light.kind == IR_LIGHT_DIRECTIONAL) set3(l.nx, l.ny, l.nz, light.position);
+        if (light.kind == IR_LIGHT_POINT || light.kind == IR_LIGHT_SPOT)
+            set3(l.px, l.py, l.pz, light.position - centre_);
+        if (light.kind == IR_LIGHT_DIRECTIONAL || light.kind == IR_LIGHT_SPOT) set3(l.nx, l.ny, l.nz, light.direction);
+        if (light.kind == IR_LIGHT_SPOT) {
+            l.e1x = static_cast<float>(std::cos(light.cutoff));
+            l.e1y = static_cast<float>(std::cos(light.beam));
+            l.e2x = static_cast<float>(light.cutoff);
+            l.e2y = static_cast<float>(light.beam);
+        }
+        if (light.kind == IR_LIGHT_ENVMAP) {
+            if (scene_.texels.size() + environment_words(light.map) > 0xffffffffu)
+                fail(*light.node, "the scene's textures exceed 16 GiB");
+            set3(l.e1x, l.e1y, l.e1z, light.map.axes[0]);
+            set3(l.e2x, l.e2y, l.e2z, light.map.axes[1]);
+            set3(l.nx, l.ny, l.nz, light.map.axes[2]);
+            append_environment(light.map, scene_, l);
+        }
         scene_.lights.push_back(l);
+    }
+
+    /// When all shapes are there: analytic primitives are numbered after the triangles.
+    void finish_textured_lights() {
+        for (std::size_t i = 0; i < scene_.analytics.size(); ++i)
+            if (scene_.analytics[i].light != IR_NO_LIGHT)
+                scene_.lights[static_cast<std::size_t>(scene_.analytics[i].light)].primitive =
+                    static_cast<std::uint32_t>(scene_.triangles.size() + i);
+        set_mean_of_textured_lights(scene_);
     }
 
     void camera(const CameraFrame& frame) {
@@ -160,6 +184,8 @@ private:
         set3(l.e2x, l.e2y, l.e2z, e2);
         set3(l.nx, l.ny, l.nz, n);
         l.area = static_cast<float>(area);
+        l.texture = shape.radiance_texture;
+        l.primitive = static_cast<std::uint32_t>(scene_.triangles.size());  // the next one; analytic ones: at the end
         scene_.lights.push_back(l);
         return static_cast<int>(scene_.lights.size() - 1);
     }
@@ -188,6 +214,23 @@ private:
             }
         }
         return std::nullopt;
+    }
+
+    /// Does the affine map from position to texture coordinates that `a` has hold for `b` too?
+    static bool same_mapping(const Mesh& mesh, const std::array<std::uint32_t, 3>& a,
+                             const std::array<std::uint32_t, 3>& b) {
+        if (mesh.uvs.empty()) return false;  // barycentrics: each triangle its own
+        const Corner c = corner(mesh, a, 0);
+        const glm::dvec2 uv = mesh.uvs[a[0]], uv1 = mesh.uvs[a[1]] - uv, uv2 = mesh.uvs[a[2]] - uv;
+        const double e11 = glm::dot(c.e1, c.e1), e12 = glm::dot(c.e1, c.e2), e22 = glm::dot(c.e2, c.e2);
+        const double det = e11 * e22 - e12 * e12;
+        const double tolerance = 1e-5 * (std::abs(uv1.x) + std::abs(uv1.y) + std::abs(uv2.x) + std::abs(uv2.y));
+        return std::all_of(b.begin(), b.end(), [&](std::uint32_t v) {
+            const glm::dvec3 d = mesh.positions[v] - c.p;
+            const double d1 = glm::dot(d, c.e1), d2 = glm::dot(d, c.e2);
+            const glm::dvec2 expected = uv + uv1 * ((d1 * e22 - d2 * e12) / det) + uv2 * ((d2 * e11 - d1 * e12) / det);
+            return glm::length(mesh.uvs[v] - expected) <= tolerance;
+        });
     }
 
     void add_mesh(const Shape& shape, bool emits) {
@@ -243,8 +286,9 @@ private:
             shared::Triangle triangle = without_light(i);
             triangle.light = second_half ? static_cast<int>(scene_.lights.size() - 1) : IR_NO_LIGHT;
             if (emits && !second_half) {
-                const auto quad =
-                    i + 1 < mesh.triangles.size() ? rectangle_of(mesh, t, mesh.triangles[i + 1]) : std::nullopt;
+                auto quad = i + 1 < mesh.triangles.size() ? rectangle_of(mesh, t, mesh.triangles[i + 1]) : std::nullopt;
+                if (quad && shape.radiance_texture != IR_NO_TEXTURE && !same_mapping(mesh, t, mesh.triangles[i + 1]))
+                    quad.reset();
                 const Corner c = quad.value_or(corner(mesh, t, 0));
                 triangle.light = light(shape, quad ? IR_LIGHT_QUAD : IR_LIGHT_TRIANGLE, c.p, c.e1, c.e2, n,
                                        (quad ? 1.0 : 0.5) * glm::length(glm::cross(c.e1, c.e2)));
@@ -341,14 +385,17 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     for (const auto& node : document.root.children)
         if (node.tag == "bsdf") materials.material(&node);
     std::vector<Shape> shapes = read_shapes(context, document, materials, textures);
+    read_radiance_textures(context, document, textures, shapes);
     const std::vector<FreeLight> lights = read_free_lights(context, document);
     if (shapes.empty()) throw Error(fmt::format("{}: the scene has no shapes", path));
     textures.load(context, scene);
+    set_mean_of_textures(scene, shapes);
     materials.store_coats(scene);
     add_vertex_colours(shapes, materials.materials, textures, scene);
 
-    const bool environment = std::any_of(lights.begin(), lights.end(),
-                                         [](const FreeLight& light) { return light.kind == IR_LIGHT_CONSTANT; });
+    const bool environment = std::any_of(lights.begin(), lights.end(), [](const FreeLight& light) {
+        return light.kind == IR_LIGHT_CONSTANT || light.kind == IR_LIGHT_ENVMAP;
+    });
     check_camera(camera, shapes, materials.materials, environment);
     Assembler assembler(context, document, scene);
     assembler.bounds(shapes);
@@ -357,6 +404,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
         assembler.add(shape);
         shape.mesh = Mesh{};  // large scenes: not twice in memory
     }
+    assembler.finish_textured_lights();
     for (const auto& light : lights) assembler.add(light);
     if (scene.lights.empty())
         throw Error(fmt::format("{}: nothing emits light: the scene has no emitter, or only black ones", path));

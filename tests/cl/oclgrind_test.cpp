@@ -37,6 +37,8 @@ const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};
 const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
                   "merge_grid_level",  "count_grid_answers", "grid_means"};
 
+const Names kLights{"test_light_samples", "test_environment", "test_area_light"};
+
 /// The first and last line of function `name` of the device code `file`.
 std::pair<int, int> lines_of(const std::string& file, const std::string& name) {
     std::string text;
@@ -234,6 +236,11 @@ TEST_F(Oclgrind, EchoSizes) { check(DEVICE_TEST, {"--gtest_filter=EchoSizes.*"},
 TEST_F(Oclgrind, Grid) {
     check(DEVICE_FORMULAS_TEST, {"--gtest_filter=DeviceGrid.AnEmptyTable*:DeviceGrid.ExtremeDeposits"}, kGrid);
 }
+TEST_F(Oclgrind, Lights) {
+    check(TEST_LIGHTS,
+          {"--gtest_filter=EnvironmentLight.RadianceIsMitsubas:TexturedLight.RadianceAtCoordinates:SpotLight.IsIts*"},
+          kLights);
+}
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
           {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
@@ -247,7 +254,7 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
     for (const Names& names : {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache,
-                               kEchoSizes, kGrid, kShapes})
+                               kEchoSizes, kGrid, kShapes, kLights})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {
