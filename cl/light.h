@@ -15,30 +15,6 @@ typedef struct LightSample {
     bool valid;
 } LightSample;
 
-// Radiance that area light `light` emits at texture coordinates u, v.
-IR_FN real3 area_light_radiance(const SceneData* s, uint light, float u, float v) {
-    const IR_GLOBAL Light* l = &s->lights[light];
-    return make_real3(l->r, l->g, l->b);
-}
-
-// Radiance that comes from the environment in `direction`.
-IR_FN real3 environment_radiance(const SceneData* s, real3 direction) {
-#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
-    if (s->info->environment_light != IR_NO_LIGHT)
-        return area_light_radiance(s, (uint)s->info->environment_light, 0.0f, 0.0f);
-#endif
-    return make_real3(0.0f, 0.0f, 0.0f);
-}
-
-// Density with which sample_light at a surface of normal n would have chosen `direction` of the environment.
-IR_FN float environment_density(const SceneData* s, real3 direction, real3 n) {
-#if IR_FEATURES & IR_FEATURE_ENVIRONMENT
-    if (s->info->environment_light != IR_NO_LIGHT)
-        return s->lights[s->info->environment_light].probability * max(dot(direction, n), 0.0f) * IR_INV_PI;
-#endif
-    return 0.0f;
-}
-
 // Index of the light chosen by u in [0,1); u is rescaled so that it can be used again.
 IR_FN uint choose_light(const SceneData* s, float* u) {
     const uint count = s->info->light_count;

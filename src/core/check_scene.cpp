@@ -86,10 +86,7 @@ void check_appearance(const std::string& where, const Scene& scene) {
     const auto mark = [](std::vector<bool>& marks, int texture) {
         if (texture >= 0) marks[static_cast<std::size_t>(texture)] = true;
     };
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        Place{where, "light", i}.optional_below(scene.lights[i].texture, scene.textures.size(), "texture");
-        mark(unbounded, scene.lights[i].texture);
-    }
+    for (const shared::Light& l : scene.lights) mark(unbounded, l.texture);
     for (const shared::Material& m : scene.materials) {
         mark(unbounded, m.map);
         for (const int texture : {m.texture, m.specular_texture, m.opacity_texture, m.alpha_texture})
@@ -137,6 +134,7 @@ void check_lights(const std::string& where, const Scene& scene) {
         p.finite(l.px, l.py, l.pz, l.e1x, l.e1y, l.e1z, l.e2x, l.e2y, l.e2z, l.nx, l.ny, l.nz, l.area, l.radius);
         p.finite(l.r, l.g, l.b, l.probability, l.cdf);
         p.require(l.r >= 0.0f && l.g >= 0.0f && l.b >= 0.0f, "negative radiance");
+        p.optional_below(l.texture, scene.textures.size(), "texture");
         p.require(l.area >= 0.0f && l.radius >= 0.0f, "negative area or radius");
         const bool area = l.kind <= IR_LIGHT_DISK || l.kind == IR_LIGHT_CYLINDER;
         p.require(l.kind != IR_LIGHT_CYLINDER || (l.area > 0.0f && l.radius > 0.0f), "a cylinder without area");
@@ -218,8 +216,8 @@ void check_info(const std::string& where, const Scene& scene) {
 void check_scene(const std::string& where, const Scene& scene) {
     check_info(where, scene);
     check_geometry(where, scene);
-    check_appearance(where, scene);
     check_lights(where, scene);
+    check_appearance(where, scene);
     check::check_accel(where, scene);
 }
 

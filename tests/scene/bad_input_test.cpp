@@ -126,7 +126,8 @@ TEST_F(BadInput, UnsupportedNamesWhatIs) {
                    {"scene.xml:3:", "<shape type=\"sphare\"> is not supported; did you mean 'sphere'?",
                     "rectangle, cube, sphere", "--lenient"});
     expect_message(error(sensor + lamp + "\n<shape type=\"sdfgrid\"/>"), {"sdfgrid", "supported: rectangle"});
-    expect_message(error(sensor + lamp + "\n<emitter type=\"envmap\"/>"), {"scene.xml:3:", "envmap", "constant"});
+    expect_message(error(sensor + lamp + "\n<emitter type=\"sunsky\"/>"),
+                   {"scene.xml:3:", "sunsky", "point, spot, directional, constant, envmap"});
     expect_message(error(sensor + lamp + "\n<medium type=\"homogeneous\"/>"), {"scene.xml:3:", "medium"});
     expect_message(
         error(sensor + lamp + R"(<bsdf type="diffuse"><texture name="reflectance" type="checkerboard"/></bsdf>)"),
