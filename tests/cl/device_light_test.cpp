@@ -280,6 +280,35 @@ TEST_F(CylinderLight, Textured) {
     for (const Vec n : {Vec{0, 0, -1}, Vec{-0.6, 0, -0.8}}) expect_irradiance(scene, e, kOutside, n, 0.01);
 }
 
+// Every sample carries the radiance of the point that it lies on; few of them, for oclgrind too.
+TEST_F(CylinderLight, SamplesShowTheTexture) {
+    const auto check = [&](const Scene& scene, const Vec& p, const std::function<Vec(const Vec&)>& uv) {
+        int valid = 0;
+        for (const Sample& s : LightKernels(scene).samples(p, {0, 0, 1}, random_pairs(64, 9))) {
+            if (!s.valid) continue;
+            ++valid;
+            const Vec at = uv(p + s.direction * s.distance);
+            EXPECT_NEAR(s.radiance[1] * s.density, texture(at[0], at[1]), 2e-4);
+        }
+        EXPECT_GT(valid, 15);
+    };
+    const std::string textured = emitter() + "</shape>";
+    check(cylinder_scene(load(R"(<shape type="rectangle">)" + textured), 1), kOutside, [](const Vec& point) {
+        const Vec d = point - kBase;
+        return Vec{std::atan2(-d[2], dot(d, kAcross)) / (2 * kPi), dot(d, kAxis) / kLength, 0};
+    });
+    const Scene square = load(R"(<shape type="rectangle">)" + textured);
+    for (const double height : {0.5, 50.0})  // in solid angle, by area
+        check(square, {0.25, -0.125, height}, [](const Vec& p) { return Vec{(p[0] + 1) / 2, (p[1] + 1) / 2, 0}; });
+    check(load(R"(<shape type="sphere"><float name="radius" value="0.5"/>)" + textured), {0.5, 0.75, 2},
+          [](const Vec& p) {
+              return Vec{std::atan2(p[1], p[0]) / (2 * kPi), std::acos(p[2] / 0.5) / kPi, 0};
+          });
+    check(load(R"(<shape type="disk">)" + textured), {0.5, 0.75, 2}, [](const Vec& p) {
+        return Vec{std::sqrt(p[0] * p[0] + p[1] * p[1]), std::atan2(p[1], p[0]) / (2 * kPi), 0};
+    });
+}
+
 // Parts of the surface, 24 of the azimuth by 12 of the length: a part is chosen as often as light_density() says,
 // summed over its solid angle. Chi-square of as many as are seen; from inside, where all of it is, the sum is 1.
 TEST_F(CylinderLight, SamplesHaveTheirDensity) {

@@ -130,7 +130,7 @@ protected:
     }
 
     /// A scene that needs everything that kernels are specialised by: textures, analytic surfaces, smooth normals,
-    /// an environment, a light at a point; and area lights of both kinds.
+    /// an environment, lights at points, a textured light; and area lights of both kinds.
     std::string whole_scene() const {
         std::ofstream(in_folder("a.obj")) << "v -1 0 -1\nv 1 0 -1\nv 0 0 1\nv 0 1 0\nvn -1 0 -1\nvn 1 0 -1\nvn 0 0 1\n"
                                              "vn 0 1 0\nf 1//1 2//2 3//3\nf 1//1 4//4 2//2\nf 2//2 4//4 3//3\n"
@@ -150,8 +150,12 @@ protected:
 <shape type="sphere"><point name="center" x="-1" y="0.3" z="1.2"/><float name="radius" value="0.3"/>
     <emitter type="area"><rgb name="radiance" value="3, 2, 1"/></emitter></shape>
 <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
-    <emitter type="area"><rgb name="radiance" value="4"/></emitter></shape>
+    <emitter type="area"><texture type="bitmap" name="radiance"><string name="filename" value=")"
+                                              << IRRADIA_SOURCE_DIR << R"(/scenes/textures/tiles.png"/></texture>
+    </emitter></shape>
 <emitter type="point"><point name="position" x="2" y="2" z="2"/><rgb name="intensity" value="5"/></emitter>
+<emitter type="spot"><rgb name="intensity" value="5"/><transform name="to_world"><lookat origin="-2, 2, 2"
+    target="0, 0, 0" up="0, 1, 0"/></transform></emitter>
 <emitter type="constant"><rgb name="radiance" value="0.3"/></emitter>
 </scene>)";
         return in_folder("whole.xml");
@@ -238,7 +242,8 @@ TEST_F(Oclgrind, Grid) {
 }
 TEST_F(Oclgrind, Lights) {
     check(TEST_LIGHTS,
-          {"--gtest_filter=EnvironmentLight.RadianceIsMitsubas:TexturedLight.RadianceAtCoordinates:SpotLight.IsIts*"},
+          {"--gtest_filter=EnvironmentLight.RadianceIsMitsubas:EnvironmentLight.OneBrightTexel:SpotLight.IsIts*:"
+           "TexturedLight.RadianceAtCoordinates:CylinderLight.SamplesShowTheTexture"},
           kLights);
 }
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
