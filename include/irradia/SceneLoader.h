@@ -14,6 +14,9 @@ struct LoadOptions {
     bool lenient = false;       ///< substitute what is not supported, with a warning, instead of failing
     int width = 0, height = 0;  ///< film size in pixels; 0: the file's
     std::function<void(const std::string&)> warn;  ///< receives one line a warning; may be empty
+    /// Hears the stage ("parsing", "meshes", "textures", "assembly") and the fraction of it that is done, from any
+    /// thread, two at once too; may be empty.
+    std::function<void(const std::string&, double)> progress;
 };
 
 /// Loads `path` and everything it refers to (includes, meshes, textures), centred and rounded to float32.

@@ -7,6 +7,7 @@
 
 #include "app/film_size.h"
 #include "app/help.h"
+#include "app/loading.h"
 #include "app/options.h"
 #include "app/output.h"
 #include "app/progress.h"
@@ -47,12 +48,11 @@ void print_devices() {
                   << " MiB, " << (d.local_memory >> 10) << " KiB local\n";
 }
 
-// `accel_seconds` receives the part of the time that went into the hierarchy.
-Scene open_scene(const Options& o, const Messages& messages, double& accel_seconds) {
-    accel_seconds = 0;
+Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monitor) {
     if (is_packed_scene(o.scene)) {
         if (!o.defines.empty())
             throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
+        monitor("packed scene", 0);
         Scene scene = read_packed_scene(o.scene);
         scene.source = o.scene;
         set_film_size(scene, o.width, o.height);
@@ -68,24 +68,19 @@ Scene open_scene(const Options& o, const Messages& messages, double& accel_secon
     const bool both = o.width > 0 && o.height > 0;  // then the shape may change, which only the loader can do
     load.width = both ? o.width : 0;
     load.height = both ? o.height : 0;
-    load.warn = [&](const std::string& text) { messages.warn(text); };
+    load.warn = [&](const std::string& text) {
+        monitor.clear();
+        messages.warn(text);
+    };
+    load.progress = [&](const std::string& stage, double fraction) { monitor(stage, fraction); };
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
-    const double began = now();
-    build_accel(scene, o.device.threads);
-    accel_seconds = now() - began;
+    monitor("hierarchy", 0);
+    build_accel(scene, o.device.threads, [&](double fraction) { monitor("hierarchy", fraction); });
+    monitor("checks", 0);
     check_scene(o.scene, scene);  // as read_packed_scene() does: numbers that overflowed on the way to float32
     return scene;
 #endif
-}
-
-std::string scene_text(const Scene& scene, double seconds) {
-    std::ostringstream out;
-    out << scene.source << ": " << scene.info.width << " x " << scene.info.height << " pixels, "
-        << count_text(static_cast<double>(scene.triangles.size())) << " triangles, " << scene.analytics.size()
-        << " spheres and disks, " << scene.lights.size() << " emitters, " << scene.textures.size()
-        << " textures, read in " << time_text(seconds);
-    return out.str();
 }
 
 std::string done_text(const Options& o, const RenderResult& result) {
@@ -100,7 +95,7 @@ std::string done_text(const Options& o, const RenderResult& result) {
 }
 
 void render_and_write(const Options& o, const Messages& messages, const Scene& scene, Device& device, double began,
-                      double load_seconds, double accel_seconds) {
+                      const Phases& load_phases, std::uint64_t load_peak_bytes) {
     ProgressPrinter printer(std::cerr, terminal_columns());
     ProgressCallback callback;
     if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
@@ -125,8 +120,8 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
             device.cpu_traversal(),
             device.peak_memory(),
             result.statistics,
-            load_seconds,
-            accel_seconds};
+            load_phases,
+            load_peak_bytes};
     for (auto& [key, value] : picture_metadata(run)) result.image.metadata[key] = value;
     const double write_began = now();
     for (const std::string& path : o.outputs) save_picture(path, result.image, o.exposure);
@@ -152,11 +147,20 @@ void run(const Options& o) {
     if (!o.pack.empty()) check_writable(o.pack);
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
 
-    double accel_seconds = 0;
-    Scene scene = open_scene(o, messages, accel_seconds);
+    ProgressPrinter printer(std::cerr, terminal_columns());
+    LoadMonitor monitor(o.quiet ? nullptr : &printer, began);
+    Scene scene = [&] {
+        try {
+            return open_scene(o, messages, monitor);
+        } catch (...) {
+            monitor.clear();
+            throw;
+        }
+    }();
+    monitor.finish();
     set_rfilter(scene, o.rfilter);
-    const double load_seconds = now() - began - accel_seconds;
-    messages.detail(scene_text(scene, load_seconds) + ", hierarchy in " + time_text(accel_seconds));
+    const std::uint64_t load_peak_bytes = peak_host_memory();
+    messages.say(load_text(scene, monitor.phases(), load_peak_bytes));
     if (!o.pack.empty()) {
         write_packed_scene(o.pack, scene);
         messages.say("wrote " + o.pack + ": packed scene");
@@ -166,7 +170,7 @@ void run(const Options& o) {
     Device device(o.device);
     messages.detail("device " + std::to_string(device.description().index) + ": " + device.description().name + " (" +
                     device.description().platform + "), " + (device.cpu_traversal() ? "cpu" : "gpu") + " traversal");
-    render_and_write(o, messages, scene, device, began, load_seconds, accel_seconds);
+    render_and_write(o, messages, scene, device, began, monitor.phases(), load_peak_bytes);
 }
 
 }  // namespace

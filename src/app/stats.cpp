@@ -91,6 +91,12 @@ std::string stats_json(const Run& r) {
     for (const auto& [kind, count] : s.rays) rays[kind] = count;
     rays["total"] = total_rays(s);
     rays["per_second"] = s.seconds > 0 ? static_cast<double>(total_rays(s)) / s.seconds : 0.0;
+    Json load = Json::object();
+    double load_seconds = 0, accel_seconds = 0;
+    for (const auto& [phase, seconds] : r.load_phases) {
+        load[phase] = seconds;
+        (phase == "hierarchy" ? accel_seconds : load_seconds) += seconds;
+    }
     const Json j = {{"irradia", IRRADIA_VERSION},
                     {"scene",
                      {{"file", r.scene.source},
@@ -105,11 +111,12 @@ std::string stats_json(const Run& r) {
                     {"settings", settings_json(r.options, s.spp)},
                     {"device", device_json(r)},
                     {"wall_seconds",
-                     {{"load", r.load_seconds},
-                      {"accel", r.accel_seconds},
+                     {{"load", load_seconds},
+                      {"accel", accel_seconds},
                       {"render", s.seconds},
                       {"write", r.write_seconds},
                       {"total", r.total_seconds}}},
+                    {"load_seconds", load},
                     {"phase_seconds", s.phases},
                     {"stages", stages},
                     {"rays", rays},
@@ -120,7 +127,11 @@ std::string stats_json(const Run& r) {
                       {"depth", s.octree_depth},
                       {"growths", s.octree_growths}}},
                     {"iterations", s.iterations},
-                    {"memory", {{"host_peak_bytes", peak_host_memory()}, {"device_peak_bytes", r.device_peak_bytes}}}};
+                    {"memory",
+                     {{"host_peak_bytes", peak_host_memory()},
+                      {"load_peak_bytes", r.load_peak_bytes},
+                      {"scene_bytes", scene_bytes(r.scene)},
+                      {"device_peak_bytes", r.device_peak_bytes}}}};
     return j.dump(2) + "\n";
 }
 

@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 
+#include "app/loading.h"
 #include "app/options.h"
 #include "irradia/Scene.h"
 
@@ -16,7 +17,9 @@ struct Run {
     bool cpu_traversal = false;
     std::uint64_t device_peak_bytes = 0;
     const RenderStatistics& statistics;
-    double load_seconds = 0, accel_seconds = 0, write_seconds = 0, total_seconds = 0;  ///< wall
+    Phases load_phases{};                         ///< wall seconds: parsing, meshes, ..., hierarchy
+    std::uint64_t load_peak_bytes = 0;            ///< largest resident set until the scene was there
+    double write_seconds = 0, total_seconds = 0;  ///< wall
 };
 
 /// Everything, as indented JSON.

@@ -372,6 +372,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
         if (given.warn && said.insert(line).second) given.warn(line);
     };
     const Context context{options};
+    context.progress("parsing", 0.0);
     Document document;
     read_document(path, context, document);
     check_top_level(context, document);
@@ -388,9 +389,11 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     read_radiance_textures(context, document, textures, shapes);
     const std::vector<FreeLight> lights = read_free_lights(context, document);
     if (shapes.empty()) throw Error(fmt::format("{}: the scene has no shapes", path));
+    context.progress("textures", 0.0);
     textures.load(context, scene);
     set_mean_of_textures(scene, shapes);
     materials.store_coats(scene);
+    context.progress("assembly", 0.0);
     add_vertex_colours(shapes, materials.materials, textures, scene);
 
     const bool environment = std::any_of(lights.begin(), lights.end(), [](const FreeLight& light) {

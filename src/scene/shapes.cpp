@@ -282,6 +282,8 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
 
     const bool colours = textures.vertex_colours();
     std::vector<std::exception_ptr> errors(requests.size());
+    std::atomic<std::size_t> done = 0;
+    context.progress("meshes", 0.0);
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
         if (is_analytic(requests[i].shape.kind)) return;
         try {
@@ -289,6 +291,7 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
         } catch (...) {
             errors[i] = std::current_exception();
         }
+        context.progress("meshes", static_cast<double>(++done) / static_cast<double>(requests.size()));
     });
     std::vector<Shape> shapes;
     for (std::size_t i = 0; i < requests.size(); ++i) {

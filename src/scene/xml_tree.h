@@ -62,6 +62,9 @@ struct Context {
         if (options.warn) options.warn(line);
     }
     void warn(const Node& node, const std::string& message) const { warn(where(node) + ": " + message); }
+    void progress(const char* stage, double fraction) const {
+        if (options.progress) options.progress(stage, fraction);
+    }
     /// Strict: throws "file:line: <element> is not supported; supported: ...". Lenient: warns, naming the substitute.
     void unsupported(const Node& node, const std::string& supported, const std::string& substitute) const;
     /// The same with free wording: strict throws `message`, lenient warns "message; substitute".

@@ -29,7 +29,18 @@ struct Facts {
         statistics.spp = 9;
         statistics.seconds = 3;
     }
-    [[nodiscard]] Run run() const { return {options, scene, device, true, 1u << 20, statistics, 0.25, 0.5, 0.125, 4}; }
+    [[nodiscard]] Run run() const {
+        return {options,
+                scene,
+                device,
+                true,
+                1u << 20,
+                statistics,
+                {{"parsing", 0.05}, {"meshes", 0.2}, {"hierarchy", 0.5}},
+                3u << 20,
+                0.125,
+                4};
+    }
 };
 
 TEST(Stats, JsonHoldsSettingsTimesRaysAndMemory) {
