@@ -39,17 +39,20 @@ void check_geometry(const std::string& where, const Scene& scene) {
     }
 }
 
-void check_texture(const Place& p, const shared::Texture& t, const std::vector<std::uint32_t>& texels, bool unbounded) {
-    p.require(t.format <= IR_TEXTURE_RGB32F, "unknown format");
+void check_texture(const Place& p, const shared::Texture& t, const std::vector<std::uint32_t>& texels, bool unbounded,
+                   std::uint64_t vertices) {
+    p.require(t.format <= IR_TEXTURE_VERTEX_COLOUR, "unknown format");
     p.require(t.wrap <= IR_WRAP_CLAMP, "unknown wrap mode");
     p.require(t.filter <= IR_FILTER_NEAREST, "unknown filter");
     p.finite(t.m00, t.m01, t.m02, t.m10, t.m11, t.m12);
     // Kernels hold sizes in int (twice the size for mirroring) and texel indices in uint.
     p.require(t.width > 0 && t.height > 0 && t.width <= 1u << 20 && t.height <= 1u << 20, "size out of range");
-    const std::uint64_t words = std::uint64_t{t.width} * t.height * (t.format == IR_TEXTURE_RGB32F ? 3 : 1);
+    std::uint64_t words = std::uint64_t{t.width} * t.height * (t.format == IR_TEXTURE_RGB32F ? 3 : 1);
+    if (t.format == IR_TEXTURE_CHECKERBOARD) words = 6;
+    if (t.format == IR_TEXTURE_VERTEX_COLOUR) words = 3 * vertices;
     p.require(texels.size() <= 0xffffffffu && t.offset <= texels.size() && words <= texels.size() - t.offset,
               "texels are outside the texel array");
-    if (t.format != IR_TEXTURE_RGB32F) return;
+    if (t.format < IR_TEXTURE_RGB32F) return;
     for (std::uint64_t i = 0; i < words; ++i) {
         const float x = std::bit_cast<float>(texels[t.offset + i]);
         p.require(unbounded ? std::isfinite(x) : in_unit(x),
@@ -93,7 +96,8 @@ void check_appearance(const std::string& where, const Scene& scene) {
             mark(factor, texture);
     }
     for (std::size_t i = 0; i < scene.textures.size(); ++i)
-        check_texture({where, "texture", i}, scene.textures[i], scene.texels, unbounded[i] && !factor[i]);
+        check_texture({where, "texture", i}, scene.textures[i], scene.texels, unbounded[i] && !factor[i],
+                      scene.vertices.size());
 }
 
 /// An environment picture and the tables by which it is sampled (cl/environment.h).

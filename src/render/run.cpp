@@ -90,7 +90,7 @@ bool Run::direct_mis() const noexcept {
     // seen from inside, are sampled by area only.
     if (scene.lights.size() != 1) return true;
     const shared::Light& l = scene.lights.front();
-    return l.kind == IR_LIGHT_DISK || (l.kind == IR_LIGHT_SPHERE && l.nx < 0);
+    return l.kind == IR_LIGHT_DISK || l.kind == IR_LIGHT_CYLINDER || l.kind == IR_LIGHT_ENVMAP || (l.kind == IR_LIGHT_SPHERE && l.nx < 0);
 }
 
 bool Run::aovs() const noexcept {

@@ -120,26 +120,8 @@ glm::dvec3 mean_over_light(const Scene& scene, const shared::Light& l, const Sam
 }
 
 int add_radiance_texture(const Context& context, const Document& document, TextureTable& textures, const Node& node) {
-    Properties p(context, document, node);
-    TextureSpec spec;
-    spec.node = &node;
+    TextureSpec spec = read_texture(context, document, node);
     spec.unbounded = true;
-    spec.path = document.resolve(node, p.text("filename"));
-    spec.raw = p.boolean("raw", false);
-    const std::string filter = p.text("filter_type", "bilinear"), wrap = p.text("wrap_mode", "repeat");
-    if (filter == "nearest")
-        spec.filter = IR_FILTER_NEAREST;
-    else if (filter != "bilinear")
-        fail(node, fmt::format("{}: filter_type is '{}'; bilinear or nearest was expected", describe(node), filter));
-    if (wrap == "mirror")
-        spec.wrap = IR_WRAP_MIRROR;
-    else if (wrap == "clamp")
-        spec.wrap = IR_WRAP_CLAMP;
-    else if (wrap != "repeat")
-        fail(node, fmt::format("{}: wrap_mode is '{}'; repeat, mirror or clamp was expected", describe(node), wrap));
-    spec.to_uv = p.transform("to_uv").value_or(glm::dmat4(1.0));
-    p.ignore({"format", "accel"});
-    p.finish();
     return textures.add(spec);
 }
 

@@ -65,7 +65,7 @@ TEST(CheckScene, Appearance) {
         {"material 1: unknown flags", [](Scene& s) { s.materials[1].flags = 8; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].g = 1.01f; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].b = kNan; }},
-        {"texture 0: unknown format", [](Scene& s) { s.textures[0].format = 3; }},
+        {"texture 0: unknown format", [](Scene& s) { s.textures[0].format = 5; }},
         {"texture 0: unknown wrap", [](Scene& s) { s.textures[0].wrap = 3; }},
         {"texture 0: unknown filter", [](Scene& s) { s.textures[0].filter = 2; }},
         {"texture 1: a number", [](Scene& s) { s.textures[1].m12 = kInfinite; }},

@@ -55,7 +55,7 @@ INSTANTIATE_TEST_SUITE_P(
         Lossless{"thin", R"(<bsdf type="thindielectric"/>)"}, Lossless{"nothing", R"(<bsdf type="null"/>)"},
         Lossless{"masked", R"(<bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="twosided">
             <bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf></bsdf>)"}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 // Light that refraction traps inside comes out after many bounces: unbiased roulette keeps the mean, sample by sample
 // it varies. So does a rough surface's, which loses some to facets that shade each other.
@@ -201,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(
              R"(<bsdf type="twosided"><bsdf type="diffuse"><texture name="reflectance" type="checkerboard">
                 <transform name="to_uv"><scale value="4"/></transform></texture></bsdf></bsdf>)",
              "", 0.01, 0.05}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& tested) { return std::string(tested.param.name); });
 
 // What is seen in a flat mirror is spaced by its image's pixels: a mirror that doubles the room's visible part adds
 // about as many records as that part would have, not one a pixel.
