@@ -109,7 +109,7 @@ IR_FN CameraRay lens_ray_at(const IR_GLOBAL SceneInfo* info, float fx, float fy,
     const real3 offset = -c->aperture_radius * (x * normalize(dx) + y * normalize(dy));
     *origin = make_real3(c->ox, c->oy, c->oz) + offset;
     CameraRay ray;
-    ray.direction = normalize(c->focus_distance * film - offset);
+    ray.direction = normalize((c->aperture_radius > 0.0f ? c->focus_distance : 1.0f) * film - offset);  // or a pinhole
     const float cosine = max(dot(ray.direction, make_real3(c->forwardx, c->forwardy, c->forwardz)), 1e-6f);
     ray.t_min = c->near_clip / cosine;
     ray.t_max = c->far_clip / cosine;

@@ -44,9 +44,9 @@ std::uint32_t kernel_features(const Scene& scene, bool specialise) {
                                       IR_FEATURE_DELTA_LIGHTS | IR_FEATURE_TEXTURES,
                             materials = diffuse | IR_FEATURE_BSDFS | IR_FEATURE_BUMPS | IR_FEATURE_ENVMAP |
                                         IR_FEATURE_TEXTURED_LIGHTS,
-                            everything = materials | IR_FEATURE_MASKS | IR_FEATURE_THIN_LENS;
+                            masks = materials | IR_FEATURE_MASKS, everything = masks | IR_FEATURE_THIN_LENS;
     if (!specialise) return everything;
-    for (const std::uint32_t group : {0u, diffuse, materials})
+    for (const std::uint32_t group : {0u, diffuse, materials, masks})
         if ((scene.features & ~group) == 0) return group;
     return everything;
 }
@@ -90,7 +90,8 @@ bool Run::direct_mis() const noexcept {
     // seen from inside, are sampled by area only.
     if (scene.lights.size() != 1) return true;
     const shared::Light& l = scene.lights.front();
-    return l.kind == IR_LIGHT_DISK || l.kind == IR_LIGHT_CYLINDER || l.kind == IR_LIGHT_ENVMAP || (l.kind == IR_LIGHT_SPHERE && l.nx < 0);
+    return l.kind == IR_LIGHT_DISK || l.kind == IR_LIGHT_CYLINDER || l.kind == IR_LIGHT_ENVMAP ||
+           (l.kind == IR_LIGHT_SPHERE && l.nx < 0);
 }
 
 bool Run::aovs() const noexcept {

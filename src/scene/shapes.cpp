@@ -304,10 +304,10 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
             }
         }
         if (requests[i].dropped && requests[i].shape.mesh.triangles.empty()) {
-            context.problem(node,
-                            fmt::format("mesh '{}': all of its {} triangles are degenerate (zero area)",
-                                        requests[i].path, requests[i].dropped),
-                            "the shape is left out");
+            context.warn(node,
+                         fmt::format("mesh '{}': all of its {} triangles are degenerate (zero area), the shape is "
+                                     "left out",
+                                     requests[i].path, requests[i].dropped));
             continue;
         }
         if (requests[i].dropped)
