@@ -87,9 +87,9 @@ IR_FN real beckmann_visible_slope(real cosine, real u) {
             lo = x;
         const real slope = R(2.0) * inv_sqrt_pi * e * (R(1.0) - x * tangent);
         const real step = excess / max(slope, R(1e-12));
+        if (fabs(step) < R(1e-5)) break;  // before the bracket is asked: a step of no size is outside of it
         const real next = x - step;
         x = next > lo && next < hi ? next : R(0.5) * (lo + hi);
-        if (fabs(step) < R(1e-5)) break;
     }
     return x;
 }

@@ -71,9 +71,10 @@ typedef struct Packet {
 // Embree's Pluecker test with all that the rays share taken out: edge functions are dot products of the direction with
 // the normals of the planes through the origin and an edge. They are exact negatives of each other in neighbouring
 // triangles, but at a vertex rounding may put a ray outside of all of its edges. So an edge function may fall short of
-// zero by its rounding error, at most 7 roundings of 2^-24 of |d|_1 |e|_1 |s|_inf (edge e, sum of its ends s): at a
-// distance of 1 the triangle reaches out by a millionth. For rays with origins o of their own (not `shared`), relative
-// to the packet's, s becomes s - 2 o, which adds e . (-2 o x d) to an edge function.
+// zero by its rounding error, at most 8 roundings of 2^-24 of |d|_1 |e|_1 |s|_inf (edge e, sum of its ends s): at a
+// distance of 1 the triangle reaches out by a millionth. Edge functions are divided by |e|_1, so that the short edge of
+// a sliver reaches out no farther than its long ones. For rays with origins o of their own (not `shared`), relative to
+// the packet's, s becomes s - 2 o, which adds e . (-2 o x d) to an edge function.
 IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet* p, const bool shared,
                         const bool any) {
     const float8 ax = vload8(0, block->v0x) - p->origin.x;
@@ -85,35 +86,43 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
     const float8 cx = vload8(0, block->v2x) - p->origin.x;
     const float8 cy = vload8(0, block->v2y) - p->origin.y;
     const float8 cz = vload8(0, block->v2z) - p->origin.z;
-    float planes[14][8] __attribute__((aligned(32)));
+    float planes[14][8], scales[3][8] __attribute__((aligned(32)));
     float edge[9][8] __attribute__((aligned(32)));
     float8 ex = cx - ax, ey = cy - ay, ez = cz - az;  // edge v0 v2: weight of v1
-    if (!shared) vstore8(ex, 0, edge[0]), vstore8(ey, 0, edge[1]), vstore8(ez, 0, edge[2]);
+    const float8 e_size = fabs(ex) + fabs(ey) + fabs(ez), e_scale = 1.0f / e_size;
+    if (!shared)
+        vstore8(ex * e_scale, 0, edge[0]), vstore8(ey * e_scale, 0, edge[1]), vstore8(ez * e_scale, 0, edge[2]);
     float8 sx = cx + ax, sy = cy + ay, sz = cz + az;
-    vstore8(fma(ey, sz, -(ez * sy)), 0, planes[0]);
-    vstore8(fma(ez, sx, -(ex * sz)), 0, planes[1]);
-    vstore8(fma(ex, sy, -(ey * sx)), 0, planes[2]);
+    vstore8(fma(ey, sz, -(ez * sy)) * e_scale, 0, planes[0]);
+    vstore8(fma(ez, sx, -(ex * sz)) * e_scale, 0, planes[1]);
+    vstore8(fma(ex, sy, -(ey * sx)) * e_scale, 0, planes[2]);
+    vstore8(e_size, 0, scales[0]);
     const float8 fx = ax - bx, fy = ay - by, fz = az - bz;  // edge v1 v0: weight of v2
-    if (!shared) vstore8(fx, 0, edge[3]), vstore8(fy, 0, edge[4]), vstore8(fz, 0, edge[5]);
+    const float8 f_size = fabs(fx) + fabs(fy) + fabs(fz), f_scale = 1.0f / f_size;
+    if (!shared)
+        vstore8(fx * f_scale, 0, edge[3]), vstore8(fy * f_scale, 0, edge[4]), vstore8(fz * f_scale, 0, edge[5]);
     sx = ax + bx, sy = ay + by, sz = az + bz;
-    vstore8(fma(fy, sz, -(fz * sy)), 0, planes[3]);
-    vstore8(fma(fz, sx, -(fx * sz)), 0, planes[4]);
-    vstore8(fma(fx, sy, -(fy * sx)), 0, planes[5]);
+    vstore8(fma(fy, sz, -(fz * sy)) * f_scale, 0, planes[3]);
+    vstore8(fma(fz, sx, -(fx * sz)) * f_scale, 0, planes[4]);
+    vstore8(fma(fx, sy, -(fy * sx)) * f_scale, 0, planes[5]);
+    vstore8(f_size, 0, scales[1]);
     const float8 nx = fma(ey, fz, -(ez * fy)), ny = fma(ez, fx, -(ex * fz)), nz = fma(ex, fy, -(ey * fx));
     vstore8(nx, 0, planes[9]);
     vstore8(ny, 0, planes[10]);
     vstore8(nz, 0, planes[11]);
     vstore8(fma(nx, ax, fma(ny, ay, nz * az)), 0, planes[12]);
-    const float8 edges = fabs(ex) + fabs(ey) + fabs(ez) + fabs(fx) + fabs(fy) + fabs(fz);  // |e|_1 of any edge at most
-    float8 reach = max(max(fabs(ax), fabs(ay)), fabs(az)) + edges;                         // |s|_inf / 2 at most
+    float8 reach = max(max(fabs(ax), fabs(ay)), fabs(az)) + e_size + f_size;  // |s|_inf / 2 at most
     if (!shared) reach += p->spread;
-    vstore8(edges * reach * p->rounding, 0, planes[13]);
+    vstore8(reach * p->rounding, 0, planes[13]);
     ex = bx - cx, ey = by - cy, ez = bz - cz;  // edge v2 v1: weight of v0
-    if (!shared) vstore8(ex, 0, edge[6]), vstore8(ey, 0, edge[7]), vstore8(ez, 0, edge[8]);
+    const float8 g_size = fabs(ex) + fabs(ey) + fabs(ez), g_scale = 1.0f / g_size;
+    if (!shared)
+        vstore8(ex * g_scale, 0, edge[6]), vstore8(ey * g_scale, 0, edge[7]), vstore8(ez * g_scale, 0, edge[8]);
     sx = bx + cx, sy = by + cy, sz = bz + cz;
-    vstore8(fma(ey, sz, -(ez * sy)), 0, planes[6]);
-    vstore8(fma(ez, sx, -(ex * sz)), 0, planes[7]);
-    vstore8(fma(ex, sy, -(ey * sx)), 0, planes[8]);
+    vstore8(fma(ey, sz, -(ez * sy)) * g_scale, 0, planes[6]);
+    vstore8(fma(ez, sx, -(ex * sz)) * g_scale, 0, planes[7]);
+    vstore8(fma(ex, sy, -(ey * sx)) * g_scale, 0, planes[8]);
+    vstore8(g_size, 0, scales[2]);
     bool changed = false;
     for (uint i = 0; i < count; ++i) {
         float16 u = fma(p->dx, planes[0][i], fma(p->dy, planes[1][i], p->dz * planes[2][i]));
@@ -138,6 +147,7 @@ IR_FN void packet_block(IR_GLOBAL const TriangleBlock* block, uint count, Packet
         if (any) {
             vstore16(select(t_max, (float16)(-IR_INFINITY), hit), 0, p->t);  // done with these
         } else {
+            u *= scales[0][i], v *= scales[1][i], w *= scales[2][i];
             const float16 sum = u + v + w, scale = select(1.0f / sum, (float16)(0.0f), sum == 0.0f);
             const float16 b1 = min(max(u * scale, 0.0f), 1.0f), b2 = min(max(v * scale, 0.0f), 1.0f - b1);
             vstore16(select(t_max, t, hit), 0, p->t);
