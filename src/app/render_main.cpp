@@ -3,6 +3,7 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <sstream>
 
 #include "app/film_size.h"
@@ -147,6 +148,8 @@ void run(const Options& o) {
     if (!o.pack.empty()) check_writable(o.pack);
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
 
+    std::optional<Device> device;  // one that is not there is found before a large scene is loaded
+    if (!o.outputs.empty()) device.emplace(o.device);
     ProgressPrinter printer(std::cerr, terminal_columns());
     LoadMonitor monitor(o.quiet ? nullptr : &printer, began);
     Scene scene = [&] {
@@ -167,10 +170,9 @@ void run(const Options& o) {
     }
     if (o.outputs.empty()) return;
 
-    Device device(o.device);
-    messages.detail("device " + std::to_string(device.description().index) + ": " + device.description().name + " (" +
-                    device.description().platform + "), " + (device.cpu_traversal() ? "cpu" : "gpu") + " traversal");
-    render_and_write(o, messages, scene, device, began, monitor.phases(), load_peak_bytes);
+    messages.detail("device " + std::to_string(device->description().index) + ": " + device->description().name + " (" +
+                    device->description().platform + "), " + (device->cpu_traversal() ? "cpu" : "gpu") + " traversal");
+    render_and_write(o, messages, scene, *device, began, monitor.phases(), load_peak_bytes);
 }
 
 }  // namespace

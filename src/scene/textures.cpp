@@ -8,6 +8,7 @@
 #include <exception>
 
 #include "scene/build.h"
+#include "scene/picture_check.h"
 
 namespace irradia::loader {
 namespace {
@@ -38,6 +39,7 @@ std::string one_line(std::string text) {
 }
 
 Picture read_picture(const std::string& path, bool raw) {
+    check_picture_file(path);
     OIIO::ImageSpec config;
     config["oiio:UnassociatedAlpha"] = 1;  // colours as they stand in the file
     auto input = OIIO::ImageInput::open(path, &config);
@@ -46,6 +48,9 @@ Picture read_picture(const std::string& path, bool raw) {
     if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
         throw Error(
             fmt::format("texture '{}' is empty ({} x {}, {} channels)", path, spec.width, spec.height, spec.nchannels));
+    if (spec.depth > 1) throw Error(fmt::format("texture '{}' is a volume, a picture was expected", path));
+    check_picture_size(path, spec.width, spec.height, spec.nchannels,
+                       spec.format == OIIO::TypeDesc::UINT8 ? 1 : sizeof(float));
     Picture picture;
     picture.width = static_cast<std::uint32_t>(spec.width);
     picture.height = static_cast<std::uint32_t>(spec.height);

@@ -25,7 +25,12 @@ std::string describe(const Node& node) {
     return text + ">";
 }
 
-void fail(const Node& node, const std::string& message) { throw Error(where(node) + ": " + message); }
+void fail(const Node& node, const std::string& message) {
+    std::string line = where(node) + ": " + message;
+    for (char& c : line)  // what a damaged file holds is quoted, and must not move the cursor
+        if (static_cast<unsigned char>(c) < 32 || c == 127) c = '?';
+    throw Error(line);
+}
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
     std::string best;
