@@ -20,6 +20,6 @@ Scene read_packed_scene(const std::string& path);
 /// Throws Error "<where>: ..." unless every index of the scene and of its acceleration structures is in range, every
 /// number is finite and within its bounds, the lights' cdf ascends to 1, and both trees are trees that fit the
 /// traversals' stacks: what a kernel needs so as never to read outside an array.
-void check_scene(const std::string& where, const Scene& scene);
+void check_scene(const std::string& where, const Scene& scene, AccelLayouts layouts = AccelLayouts::both);
 
 }  // namespace irradia

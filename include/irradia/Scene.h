@@ -17,6 +17,9 @@ struct Accel {
     std::vector<shared::TrianglePacked> bvh2_triangles;  ///< GPU devices
 };
 
+/// Which of the two a scene has: a device reads one, a packed scene holds both.
+enum class AccelLayouts { both, bvh8, bvh2 };
+
 /// Everything `render` needs. Positions are world positions minus `centre`; see shared/scene_types.h for units.
 struct Scene {
     std::vector<shared::Vertex> vertices;

@@ -21,15 +21,20 @@ float box_pad(const accel::HostTree& tree) {
 
 }  // namespace
 
-void build_accel(Scene& scene, int threads, const std::function<void(double)>& progress) {
+void build_accel(Scene& scene, int threads, const std::function<void(double)>& progress, AccelLayouts layouts) {
     accel::check_primitive_count(scene.triangles.size() + scene.analytics.size(), scene.source);
     const accel::HostTree tree = accel::build_host_tree(scene, threads, progress);
     const float pad = box_pad(tree);
     scene.accel = {};
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
     arena.execute([&] {  // each fills arrays of its own
-        tbb::parallel_invoke([&] { accel::flatten_bvh8(scene, tree, pad, scene.accel); },
-                             [&] { accel::flatten_bvh2(scene, tree, pad, scene.accel); });
+        tbb::parallel_invoke(
+            [&] {
+                if (layouts != AccelLayouts::bvh2) accel::flatten_bvh8(scene, tree, pad, scene.accel);
+            },
+            [&] {
+                if (layouts != AccelLayouts::bvh8) accel::flatten_bvh2(scene, tree, pad, scene.accel);
+            });
     });
 }
 

@@ -49,7 +49,8 @@ void print_devices() {
                   << " MiB, " << (d.local_memory >> 10) << " KiB local\n";
 }
 
-Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monitor) {
+/// `device`: the one that will render; null: none will, or the scene is to be packed too.
+Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monitor, const Device* device) {
     if (is_packed_scene(o.scene)) {
         if (!o.defines.empty())
             throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
@@ -60,7 +61,7 @@ Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monito
         return scene;
     }
 #ifdef IRRADIA_MINIMAL
-    (void)messages;
+    (void)messages, (void)device;
     throw Error(o.scene + ": is not a packed scene, expected one (render SCENE.xml --pack FILE on a full build)");
 #else
     LoadOptions load;
@@ -76,10 +77,14 @@ Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monito
     load.progress = [&](const std::string& stage, double fraction) { monitor(stage, fraction); };
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
+    const AccelLayouts layouts = device == nullptr         ? AccelLayouts::both
+                                 : device->cpu_traversal() ? AccelLayouts::bvh8
+                                                           : AccelLayouts::bvh2;
     monitor("hierarchy", 0);
-    build_accel(scene, o.device.threads, [&](double fraction) { monitor("hierarchy", fraction); });
+    build_accel(
+        scene, o.device.threads, [&](double fraction) { monitor("hierarchy", fraction); }, layouts);
     monitor("checks", 0);
-    check_scene(o.scene, scene);  // as read_packed_scene() does: numbers that overflowed on the way to float32
+    check_scene(o.scene, scene, layouts);  // as read_packed_scene() does: numbers that overflowed on the way to float32
     return scene;
 #endif
 }
@@ -154,7 +159,7 @@ void run(const Options& o) {
     LoadMonitor monitor(o.quiet ? nullptr : &printer, began);
     Scene scene = [&] {
         try {
-            return open_scene(o, messages, monitor);
+            return open_scene(o, messages, monitor, o.pack.empty() && device ? &*device : nullptr);
         } catch (...) {
             monitor.clear();
             throw;

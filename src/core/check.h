@@ -37,6 +37,6 @@ struct Place {
 };
 
 /// Both trees, their leaves and what these refer to.
-void check_accel(const std::string& where, const Scene& scene);
+void check_accel(const std::string& where, const Scene& scene, AccelLayouts layouts);
 
 }  // namespace irradia::check

@@ -115,11 +115,12 @@ void check_bvh2(const std::string& where, const Scene& scene) {
 
 }  // namespace
 
-void check_accel(const std::string& where, const Scene& scene) {
-    if (scene.accel.bvh8_nodes.empty() || scene.accel.bvh2_nodes.empty())
+void check_accel(const std::string& where, const Scene& scene, AccelLayouts layouts) {
+    const bool bvh8 = layouts != AccelLayouts::bvh2, bvh2 = layouts != AccelLayouts::bvh8;
+    if ((bvh8 && scene.accel.bvh8_nodes.empty()) || (bvh2 && scene.accel.bvh2_nodes.empty()))
         throw Error(where + ": no acceleration structure");
-    check_bvh8(where, scene);
-    check_bvh2(where, scene);
+    if (bvh8) check_bvh8(where, scene);
+    if (bvh2) check_bvh2(where, scene);
 }
 
 }  // namespace irradia::check

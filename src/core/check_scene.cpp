@@ -217,12 +217,12 @@ void check_info(const std::string& where, const Scene& scene) {
 
 }  // namespace
 
-void check_scene(const std::string& where, const Scene& scene) {
+void check_scene(const std::string& where, const Scene& scene, AccelLayouts layouts) {
     check_info(where, scene);
     check_geometry(where, scene);
     check_lights(where, scene);
     check_appearance(where, scene);
-    check::check_accel(where, scene);
+    check::check_accel(where, scene, layouts);
 }
 
 }  // namespace irradia

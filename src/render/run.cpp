@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "irradia/Error.h"
+
 namespace irradia {
 
 Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
@@ -14,6 +16,9 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
       phase_start_(start_) {
     statistics.spp = settings.spp > 0 ? settings.spp : static_cast<int>(std::max(scene.sample_count, 1u));
     seed_ = static_cast<std::uint32_t>(settings.seed) ^ static_cast<std::uint32_t>((settings.seed >> 32) * 0x9e3779b9u);
+    if (device.cpu_traversal() ? scene.accel.bvh8_nodes.empty() : scene.accel.bvh2_nodes.empty())
+        throw Error((scene.source.empty() ? std::string("scene") : scene.source) +
+                    ": has no acceleration structure of the kind that the device traverses");
     if (device.cpu_traversal()) {
         nodes_ = device.upload(scene.accel.bvh8_nodes);
         leaves_ = device.upload(scene.accel.bvh8_triangles);
