@@ -100,12 +100,24 @@ shared::Material MaterialTable::twosided(Properties& p, int depth) {
         fail(p.node(),
              fmt::format("{} has {} nested bsdfs, one or two were expected", describe(p.node()), nested.size()));
     p.finish();
-    shared::Material m = read(*nested[0], depth + 1);
-    for (const Node* n : nested)
-        if (transmits(n == nested[0] ? m : read(*n, depth + 1)))
-            fail(*n, fmt::format("{} lets light through: it has both sides already and cannot stand inside twosided",
-                                 describe(*n)));
-    m.back = nested.size() == 2 ? static_cast<int>(append(read(*nested[1], depth + 1))) : both_sides;
+    const auto side = [&](const Node& node) {
+        const shared::Material m = read(node, depth + 1);
+        if (transmits(m))
+            fail(node, fmt::format("{} lets light through: it has both sides already and cannot stand inside twosided",
+                                   describe(node)));
+        return m;
+    };
+    shared::Material m = side(*nested[0]);
+    m.back = both_sides;
+    if (nested.size() == 1) return m;
+    const shared::Material other = side(*nested[1]);
+    // The kernels perturb the normal before they know which side it shows.
+    if (other.map != m.map || other.map_scale != m.map_scale || ((other.flags ^ m.flags) & IR_MATERIAL_NORMAL_MAP) != 0)
+        context_.problem(*nested[1],
+                         fmt::format("{}: both sides need the same bump or normal map (write it around twosided)",
+                                     describe(*nested[1])),
+                         "that of the front is used");
+    m.back = static_cast<int>(append(other));
     return m;
 }
 
@@ -113,7 +125,10 @@ shared::Material MaterialTable::mask(Properties& p, int depth) {
     shared::Material m = read(only_nested(p), depth + 1);
     const Colour opacity = colour(p, "opacity", glm::dvec3(0.5));
     p.finish();
-    m.opacity = static_cast<float>(luminance(opacity.value));
+    if (m.opacity_texture != IR_NO_TEXTURE || (m.opacity != 1.0f && opacity.texture != IR_NO_TEXTURE))
+        fail(p.node(),
+             fmt::format("{}: a mask around another is supported for numbers, not for textures", describe(p.node())));
+    m.opacity *= static_cast<float>(luminance(opacity.value));
     m.opacity_texture = opacity.texture;
     return m;
 }

@@ -55,6 +55,9 @@ TextureSpec read_texture(const Context& context, const Document& document, const
         if (name != "vertex_color")
             fail(*p.property("name"),
                  fmt::format("{}: attribute '{}' is not supported, vertex_color is", describe(node), name));
+        if (p.number("scale", 1.0) != 1.0)
+            fail(*p.property("scale"), fmt::format("{}: scale is not supported, 1 was expected", describe(node)));
+        p.finish();
         return spec;
     } else {
         context.unsupported(node, "bitmap, checkerboard, mesh_attribute" + did_you_mean(type, texture_names),

@@ -119,9 +119,18 @@ TEST_F(BadInput, ShapesThatNeedAnEvenScale) {
 }
 
 TEST_F(BadInput, UnsupportedNamesWhatIs) {
-    expect_message(error(sensor + lamp + "\n<bsdf type=\"dielectric\" id=\"glass\"/>"),
-                   {"scene.xml:3:", "<bsdf type=\"dielectric\" id=\"glass\">", "supported: diffuse, twosided",
-                    "--lenient", "0.8"});
+    const auto bsdf = [&](const std::string& type) {
+        return error(sensor + lamp + "\n<bsdf type=\"" + type + "\" id=\"a\"/>");
+    };
+    expect_message(bsdf("measured"), {"scene.xml:3:", "<bsdf type=\"measured\" id=\"a\"> is not supported",
+                                      "supported: diffuse, conductor, roughconductor, dielectric", "twosided, mask",
+                                      "--lenient substitutes: diffuse with reflectance 0.5"});
+    EXPECT_EQ(bsdf("measured").find("did you mean"), std::string::npos);
+    expect_message(bsdf("roughplastik"), {"did you mean 'roughplastic'?"});
+    expect_message(bsdf("ruoghplastic"), {"did you mean 'roughplastic'?"});
+    expect_message(bsdf("RoughConductor"), {"did you mean 'roughconductor'?"});
+    expect_message(bsdf("normal_map"), {"did you mean 'normalmap'?"});
+    expect_message(bsdf("two-sided"), {"did you mean 'twosided'?"});
     expect_message(error(sensor + lamp + "\n<shape type=\"sphare\"/>"),
                    {"scene.xml:3:", "<shape type=\"sphare\"> is not supported; did you mean 'sphere'?",
                     "rectangle, cube, sphere", "--lenient"});
@@ -130,8 +139,8 @@ TEST_F(BadInput, UnsupportedNamesWhatIs) {
                    {"scene.xml:3:", "sunsky", "point, spot, directional, constant, envmap"});
     expect_message(error(sensor + lamp + "\n<medium type=\"homogeneous\"/>"), {"scene.xml:3:", "medium"});
     expect_message(
-        error(sensor + lamp + R"(<bsdf type="diffuse"><texture name="reflectance" type="checkerboard"/></bsdf>)"),
-        {"checkerboard", "supported: bitmap"});
+        error(sensor + lamp + R"(<bsdf type="diffuse"><texture name="reflectance" type="chekerboard"/></bsdf>)"),
+        {"chekerboard", "supported: bitmap, checkerboard, mesh_attribute", "did you mean 'checkerboard'?"});
     expect_message(
         error(R"(<sensor type="perspective"><film type="hdrfilm"><rfilter type="mitchell"/></film></sensor>)" + lamp),
         {"mitchell", "box, tent, gaussian"});
