@@ -1,31 +1,16 @@
-#include <OpenImageIO/imageio.h>
-
-#include <bit>
-
-#include "scene_test.h"
+// Colours and pictures of materials. Everything else of a <bsdf>: bsdf_test.cpp.
+#include "bsdf_test.h"
 
 namespace irradia::test {
 namespace {
 
-class Material : public SceneTest {
+class Material : public BsdfTest {
 protected:
-    Scene with_bsdf(const std::string& bsdf, const LoadOptions& options = {}) {
-        return load(sensor + lamp + "<shape type=\"rectangle\">" + bsdf + "</shape>", options);
-    }
     Scene textured(const std::string& file, const std::string& extra = "", const LoadOptions& options = {}) {
         return with_bsdf(
             "<bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\"><string name=\"filename\" value=\"" +
                 file + "\"/>" + extra + "</texture></bsdf>",
             options);
-    }
-    template <class T>
-    void write_picture(const std::string& name, int width, int height, int channels, OIIO::TypeDesc type,
-                       const std::vector<T>& data) {
-        auto out = OIIO::ImageOutput::create(path(name));
-        ASSERT_TRUE(out);
-        ASSERT_TRUE(out->open(path(name), OIIO::ImageSpec(width, height, channels, type)));
-        ASSERT_TRUE(out->write_image(type, data.data()));
-        out->close();
     }
 };
 
@@ -135,8 +120,8 @@ TEST_F(Material, OneReadForTheSamePicture) {
 
 TEST_F(Material, UnreadableTextures) {
     write("broken.png", "this is not a picture");
-    expect_message(error_of([&] { textured("broken.png"); }), {"scene.xml:2:", "broken.png", "cannot be read"});
-    expect_message(error_of([&] { textured("absent.jpg"); }), {"scene.xml:2:", "absent.jpg", "does not exist"});
+    expect_message(error_of([&] { textured("broken.png"); }), {"scene.xml:3:", "broken.png", "cannot be read"});
+    expect_message(error_of([&] { textured("absent.jpg"); }), {"scene.xml:3:", "absent.jpg", "does not exist"});
     write_picture<float>("nan.exr", 1, 2, 3, OIIO::TypeDesc::FLOAT, {0, 0, 0, 0, NAN, 0});
     expect_message(error_of([&] { textured("nan.exr"); }), {"nan.exr", "not finite", "pixel (0, 1)"});
 }
@@ -153,7 +138,7 @@ TEST_F(Material, TruncatedPicture) {
 TEST_F(Material, ValuesOutOfRange) {
     expect_message(
         error_of([&] { with_bsdf(R"(<bsdf type="diffuse"><rgb name="reflectance" value="0.5, 1.5, 0.5"/></bsdf>)"); }),
-        {"scene.xml:2:", "reflectance (0.5, 1.5, 0.5)", "[0, 1]"});
+        {"scene.xml:3:", "reflectance (0.5, 1.5, 0.5)", "[0, 1]"});
     expect_message(
         error_of([&] { with_bsdf(R"(<bsdf type="diffuse"><rgb name="reflectance" value="#12345"/></bsdf>)"); }),
         {"#12345", "#rrggbb"});
