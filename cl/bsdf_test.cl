@@ -1,0 +1,53 @@
+// For tests: what the BSDFs of a scene's triangles say.
+#include "bsdf.h"
+
+IR_FN real3 read_vector(IR_GLOBAL const float* at) { return make_real3(at[0], at[1], at[2]); }
+IR_FN void write_vector(IR_GLOBAL float* at, real3 v) {
+    at[0] = v.x;
+    at[1] = v.y;
+    at[2] = v.z;
+}
+
+// A quarter into a triangle, seen from direction `view`.
+IR_FN Surface surface_seen(const SceneData* s, uint triangle, real3 view) {
+    Hit hit;
+    hit.t = 1.0f;
+    hit.u = hit.v = 0.25f;
+    hit.primitive = triangle;
+    return surface_at(s, view, -view, &hit);
+}
+
+// questions: view, direction; six floats each, of triangle asked[i]. answers: diffuse, glossy, density; seven
+// floats each.
+IR_KERNEL void test_bsdf_evaluate(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR_GLOBAL const float* questions,
+                                  IR_GLOBAL float* answers, uint count) {
+    IR_SCENE_INIT(s);
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    const Surface f = surface_seen(&s, asked[i], read_vector(questions + 6u * i));
+    const BsdfValue v = bsdf_evaluate(&s, &f, read_vector(questions + 6u * i + 3u));
+    write_vector(answers + 7u * i, v.diffuse);
+    write_vector(answers + 7u * i + 3u, v.glossy);
+    answers[7u * i + 6u] = v.density;
+}
+
+// questions: view, u0, u1, u2. answers: valid (1 or 0), direction, diffuse, glossy, density, eta; twelve floats each.
+IR_KERNEL void test_bsdf_sample(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR_GLOBAL const float* questions,
+                                IR_GLOBAL float* answers, uint count) {
+    IR_SCENE_INIT(s);
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    IR_GLOBAL const float* q = questions + 6u * i;
+    IR_GLOBAL float* a = answers + 12u * i;
+    const Surface f = surface_seen(&s, asked[i], read_vector(q));
+    BsdfSample b;
+    const bool valid = bsdf_sample(&s, &f, q[3], q[4], q[5], &b);
+    for (uint k = 0u; k < 12u; ++k) a[k] = 0.0f;
+    if (!valid) return;
+    a[0] = 1.0f;
+    write_vector(a + 1, b.direction);
+    write_vector(a + 4, b.diffuse);
+    write_vector(a + 7, b.glossy);
+    a[10] = b.density;
+    a[11] = b.eta;
+}
