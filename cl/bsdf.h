@@ -76,7 +76,7 @@ IR_FN float coat_probability(const Surface* f, float through) {
 // Rough conductor, and a rough plastic's coat: reflection by facets; *density as if nothing else were sampled.
 IR_FN real3 facet_reflection(const Surface* f, real3 wi, real3 wo, float* density) {
     *density = 0.0f;
-    if (!(wo.z > 0.0f)) return black();
+    if (!(wi.z > 0.0f && wo.z > 0.0f)) return black();  // wi.z == 0: Smith's 0 / 0
     const Microfacets facets = surface_facets(f);
     const real3 h = normalize(wi + wo);
     const float d = microfacet_density(&facets, h), gi = smith_g1(&facets, wi, h);
@@ -92,6 +92,7 @@ IR_FN real3 facet_reflection(const Surface* f, real3 wi, real3 wo, float* densit
 // Rough dielectric: reflection and refraction by facets.
 IR_FN real3 facet_scattering(const Surface* f, real3 wi, real3 wo, float* density) {
     *density = 0.0f;
+    if (!(wi.z > 0.0f)) return black();
     const bool reflection = wo.z > 0.0f;
     real3 h = wi + wo * (reflection ? 1.0f : f->eta);
     const float square = dot(h, h);
