@@ -51,3 +51,33 @@ IR_KERNEL void test_bsdf_sample(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR_G
     a[10] = b.density;
     a[11] = b.eta;
 }
+
+// questions: alpha_u, alpha_v, 1 for Beckmann or 0, view, u0, u1, a facet's normal; eleven floats each. answers: the
+// normal drawn; of the normal asked for, density, share seen, density of being drawn; six floats each.
+IR_KERNEL void test_microfacets(IR_GLOBAL const float* questions, IR_GLOBAL float* answers, uint count) {
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    IR_GLOBAL const float* q = questions + 11u * i;
+    IR_GLOBAL float* a = answers + 6u * i;
+    Microfacets f;
+    f.alpha_u = q[0];
+    f.alpha_v = q[1];
+    f.beckmann = q[2] != 0.0f;
+    const real3 v = read_vector(q + 3), m = read_vector(q + 8);
+    write_vector(a, sample_visible_normal(&f, v, q[6], q[7]));
+    a[3] = microfacet_density(&f, m);
+    a[4] = smith_g1(&f, v, m);
+    a[5] = visible_normal_density(&f, v, m);
+}
+
+// questions: cosine, eta, k; three floats each. answers: reflectance of a dielectric, its refracted cosine, reflectance
+// of a conductor; three floats each.
+IR_KERNEL void test_fresnel(IR_GLOBAL const float* questions, IR_GLOBAL float* answers, uint count) {
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    IR_GLOBAL const float* q = questions + 3u * i;
+    float cos_t;
+    answers[3u * i] = fresnel_dielectric(q[0], q[1], &cos_t);
+    answers[3u * i + 1u] = cos_t;
+    answers[3u * i + 2u] = fresnel_conductor(q[0], q[1], q[2]);
+}

@@ -73,7 +73,7 @@ IR_FN real inverse_erf(real x) {
 IR_FN real beckmann_visible_slope(real cosine, real u) {
     const real sine = sqrt(max(R(1.0) - cosine * cosine, R(0.0)));
     const real inv_sqrt_pi = R(0.56418958354775629);
-    if (!(sine > R(1e-4))) return inverse_erf(min(R(2.0) * u - R(1.0), R(0.999999)));
+    if (!(sine > R(1e-4))) return inverse_erf(clamp(R(2.0) * u - R(1.0), R(-0.999999), R(0.999999)));
     const real tangent = sine / cosine;
     real lo = R(-4.0), hi = min(R(1.0) / tangent, R(4.0));
     const real wanted = u * (erfc(-hi) + inv_sqrt_pi * tangent * exp(-hi * hi));
@@ -89,6 +89,7 @@ IR_FN real beckmann_visible_slope(real cosine, real u) {
         const real step = excess / max(slope, R(1e-12));
         if (fabs(step) < R(1e-5)) break;  // before the bracket is asked: a step of no size is outside of it
         const real next = x - step;
+        if (fabs(step) < R(1e-5)) return clamp(next, lo, hi);  // before it is halved away: next may be lo or hi itself
         x = next > lo && next < hi ? next : R(0.5) * (lo + hi);
     }
     return x;

@@ -1,0 +1,203 @@
+// Samples of BSDFs against their densities: Pearson's test over cells of polar angle and azimuth; and what the
+// densities and the values integrate to.
+#include "bsdf_kernels.h"
+
+namespace irradia::test {
+namespace {
+
+constexpr std::size_t kRows = 40, kColumns = 24;  // cells over the whole sphere; the horizon is an edge of them
+constexpr std::size_t kFineRows = 15 * kRows, kFineColumns = 12 * kColumns;  // nodes of the midpoint rule
+constexpr std::size_t kSamples = 40000;
+
+struct Case {
+    std::string name;
+    std::uint32_t triangle;
+    double cosine;  // of the view; below 0: from behind
+};
+
+Vec view_of(const Case& c) { return direction_at(c.cosine, 0.7); }
+
+std::vector<Case> add_cases(BsdfKernels& kernels) {
+    std::vector<Case> all;
+    const auto add = [&](const std::string& name, const shared::Material& m, double alpha, bool behind) {
+        const std::uint32_t triangle = kernels.add(m);
+        for (const double c : {1.0, 0.6, 0.15}) {
+            if (c == 0.15 && alpha < 0.2) continue;  // lobes of some cells only
+            all.push_back({name + ", cosine " + std::to_string(c), triangle, c});
+            if (behind) all.push_back({name + ", cosine " + std::to_string(-c), triangle, -c});
+        }
+    };
+    add("diffuse", of_colour(blank_material(), 1, 1, 1), 1, false);
+    add("plastic", plastic(IR_MATERIAL_PLASTIC, 1.5, 1, true), 1, false);
+    for (const bool beckmann : {false, true})
+        for (const double alpha : {0.1, 0.3, 1.0}) {
+            const std::string rest = (beckmann ? " Beckmann " : " GGX ") + std::to_string(alpha);
+            add("conductor" + rest, conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, alpha, beckmann), alpha, false);
+            add("dielectric" + rest, dielectric(IR_MATERIAL_ROUGH_DIELECTRIC, 1.5, alpha, beckmann), alpha, true);
+            add("plastic" + rest, plastic(IR_MATERIAL_ROUGH_PLASTIC, 1.5, 1, true, alpha, beckmann), alpha, false);
+            if (alpha > 0.2) continue;
+            shared::Material brushed = conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, alpha, beckmann);
+            brushed.alpha_v = 0.4f;
+            add("brushed conductor" + rest, brushed, alpha, false);
+        }
+    return all;
+}
+
+struct Integrals {
+    std::vector<double> cells = std::vector<double>(kRows * kColumns);  // of the density
+    double density = 0;
+    double albedo = 0;  // of the BSDF times the cosine, without the compression of radiance by refraction
+};
+
+Integrals integrate(BsdfKernels& kernels, const Case& c) {
+    std::vector<BsdfKernels::Pair> pairs;
+    for (std::size_t i = 0; i < kFineRows; ++i)
+        for (std::size_t k = 0; k < kFineColumns; ++k)
+            pairs.push_back({c.triangle, view_of(c),
+                             direction_at(std::cos((static_cast<double>(i) + 0.5) * kPi / kFineRows),
+                                          (static_cast<double>(k) + 0.5) * 2 * kPi / kFineColumns)});
+    const std::vector<BsdfValue> values = kernels.evaluate(pairs);
+    const auto eta = static_cast<double>(kernels.material(c.triangle).eta);
+    Integrals result;
+    for (std::size_t i = 0; i < kFineRows; ++i) {
+        // Exact solid angle of the row.
+        const double band =
+            std::cos(static_cast<double>(i) * kPi / kFineRows) - std::cos(static_cast<double>(i + 1) * kPi / kFineRows);
+        const double solid_angle = band * 2 * kPi / kFineColumns;
+        for (std::size_t k = 0; k < kFineColumns; ++k) {
+            const BsdfValue& v = values[i * kFineColumns + k];
+            const double share = v.density * solid_angle;
+            result.cells[i / 15 * kColumns + k / 12] += share;
+            result.density += share;
+            const bool refracted = pairs[i * kFineColumns + k].direction[2] * c.cosine < 0;
+            const double compression = refracted ? (c.cosine > 0 ? eta * eta : 1 / (eta * eta)) : 1;
+            result.albedo += v.sum()[1] * solid_angle * compression;
+        }
+    }
+    return result;
+}
+
+struct Counts {
+    std::vector<double> cells = std::vector<double>(kRows * kColumns);
+    double specular = 0, absorbed = 0;
+    double weight = 0, variance = 0;  // mean of the samples' weights, its variance; compression undone
+};
+
+Counts count(BsdfKernels& kernels, const Case& c, unsigned seed) {
+    std::mt19937 random(seed);
+    const auto uniform = [&] { return static_cast<double>(static_cast<float>(random() >> 8) * 0x1p-24f); };
+    std::vector<BsdfKernels::Draw> draws;
+    for (std::size_t i = 0; i < kSamples; ++i)
+        draws.push_back({c.triangle, view_of(c), {uniform(), uniform(), uniform()}});
+    Counts counts;
+    double square = 0;
+    for (const BsdfSample& s : kernels.sample(draws)) {
+        if (!s.valid) {
+            ++counts.absorbed;
+            continue;
+        }
+        const double weight = s.weight()[1] * s.eta * s.eta;
+        counts.weight += weight / kSamples, square += weight * weight / kSamples;
+        if (s.density == 0) {
+            ++counts.specular;
+            continue;
+        }
+        const double theta = std::acos(std::clamp(s.direction[2], -1.0, 1.0));
+        double turns = std::atan2(s.direction[1], s.direction[0]) / (2 * kPi);
+        turns -= std::floor(turns);
+        const auto row = std::min(static_cast<std::size_t>(theta / kPi * kRows), kRows - 1);
+        ++counts.cells[row * kColumns + std::min(static_cast<std::size_t>(turns * kColumns), kColumns - 1)];
+    }
+    counts.variance = std::max(square - counts.weight * counts.weight, 0.0) / kSamples;
+    return counts;
+}
+
+/// Probability that Pearson's statistic is at least as large by chance (Wilson and Hilferty's approximation). Cells in
+/// which fewer than five are expected, and what is in none, are counted together.
+double pearson(const Counts& counts, const Integrals& integrals) {
+    double statistic = 0, expected_rest = (1 - integrals.density) * kSamples;
+    double rest = counts.specular + counts.absorbed;
+    int cells = 0;
+    const auto add = [&](double found, double expected) {
+        statistic += (found - expected) * (found - expected) / expected;
+        ++cells;
+    };
+    for (std::size_t i = 0; i < counts.cells.size(); ++i) {
+        const double expected = integrals.cells[i] * kSamples;
+        if (expected >= 5) {
+            add(counts.cells[i], expected);
+        } else {
+            expected_rest += expected;
+            rest += counts.cells[i];
+        }
+    }
+    if (expected_rest >= 5)
+        add(rest, expected_rest);
+    else
+        EXPECT_LE(rest, 30) << "of " << expected_rest << " expected";
+    const double k = cells - 1;
+    const double z = (std::cbrt(statistic / k) - (1 - 2 / (9 * k))) / std::sqrt(2 / (9 * k));
+    return 0.5 * std::erfc(z / std::sqrt(2.0));
+}
+
+TEST(BsdfSamples, AreDistributedAsTheDensitySays) {
+    BsdfKernels kernels;
+    const std::vector<Case> cases = add_cases(kernels);
+    unsigned seed = 100;
+    for (const Case& c : cases) {
+        const Integrals integrals = integrate(kernels, c);
+        const Counts counts = count(kernels, c, ++seed);
+        // One percent for all cases together (Bonferroni).
+        EXPECT_GT(pearson(counts, integrals), 0.01 / static_cast<double>(cases.size())) << c.name;
+        // The same, less finely, of what is no direction.
+        const double lost = (counts.specular + counts.absorbed) / kSamples;
+        EXPECT_NEAR(integrals.density + lost, 1, 4.5 * std::sqrt(0.25 / kSamples)) << c.name;
+        EXPECT_LE(integrals.density, 1.002) << c.name;
+        // White furnace: nothing returns more light than came. Plastics' mirror reflection is no part of the integral.
+        EXPECT_LE(integrals.albedo, 1.002) << c.name;
+        EXPECT_LE(counts.weight, 1 + 4.5 * std::sqrt(counts.variance) + 1e-6) << c.name;
+        if (counts.specular == 0) {
+            EXPECT_NEAR(counts.weight, integrals.albedo, 4.5 * std::sqrt(counts.variance) + 2e-3) << c.name;
+        }
+    }
+    EXPECT_GT(cases.size(), 50u);
+}
+
+// The test itself: a roughness one tenth off is noticed.
+TEST(BsdfSamples, OfAnotherDensityAreFoundOut) {
+    BsdfKernels kernels;
+    const std::uint32_t a = kernels.add(conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, 0.3));
+    const std::uint32_t b = kernels.add(conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, 0.33));
+    EXPECT_LT(pearson(count(kernels, {"", a, 0.6}, 1), integrate(kernels, {"", b, 0.6})), 1e-6);
+    EXPECT_GT(pearson(count(kernels, {"", a, 0.6}, 1), integrate(kernels, {"", a, 0.6})), 1e-3);
+}
+
+// Lossless and smooth: every sample carries all of the light.
+TEST(BsdfSamples, OfClearGlassLoseNothing) {
+    BsdfKernels kernels;
+    const std::vector<std::uint32_t> all{kernels.add(dielectric(IR_MATERIAL_DIELECTRIC, 1.5)),
+                                         kernels.add(dielectric(IR_MATERIAL_DIELECTRIC, 0.75)),
+                                         kernels.add(dielectric(IR_MATERIAL_THIN_DIELECTRIC, 1.5))};
+    std::vector<BsdfKernels::Draw> draws;
+    for (const std::uint32_t t : all)
+        for (double c = -1; c <= 1; c += 0.0625)
+            for (double u = 0; u < 1; u += 0.0625) draws.push_back({t, direction_at(c, 2), {u, 0, 0}});
+    const std::vector<BsdfSample> samples = kernels.sample(draws);
+    int refracted = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const BsdfSample& s = samples[i];
+        ASSERT_TRUE(s.valid);
+        EXPECT_EQ(s.density, 0);
+        EXPECT_NEAR(s.weight()[0] * s.eta * s.eta, 1, 3e-7);
+        if (s.eta == 1) continue;
+        ++refracted;  // Snell's law, in the plane of incidence
+        const Vec& v = draws[i].view;
+        EXPECT_NEAR(s.direction[0] * s.eta, -v[0], 1e-6);
+        EXPECT_NEAR(s.direction[1] * s.eta, -v[1], 1e-6);
+        EXPECT_LT(s.direction[2] * v[2], 0);
+    }
+    EXPECT_GT(refracted, 500);
+}
+
+}  // namespace
+}  // namespace irradia::test
