@@ -87,7 +87,6 @@ IR_FN real beckmann_visible_slope(real cosine, real u) {
             lo = x;
         const real slope = R(2.0) * inv_sqrt_pi * e * (R(1.0) - x * tangent);
         const real step = excess / max(slope, R(1e-12));
-        if (fabs(step) < R(1e-5)) break;  // before the bracket is asked: a step of no size is outside of it
         const real next = x - step;
         if (fabs(step) < R(1e-5)) return clamp(next, lo, hi);  // before it is halved away: next may be lo or hi itself
         x = next > lo && next < hi ? next : R(0.5) * (lo + hi);
