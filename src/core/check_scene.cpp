@@ -77,12 +77,27 @@ void check_appearance(const std::string& where, const Scene& scene) {
                   "specular transmittance is outside [0, 1]");
         p.require(in_unit(m.opacity), "opacity is outside [0, 1]");
         p.finite(m.eta_r, m.eta_g, m.eta_b, m.k_r, m.k_g, m.k_b, m.eta, m.alpha_u, m.alpha_v, m.map_scale);
-        p.require(m.eta > 0.0f && m.alpha_u > 0.0f && m.alpha_v > 0.0f,
-                  "index of refraction or roughness not positive");
-        p.require(in_unit(m.internal_reflectance) && in_unit(m.specular_weight), "the coat is outside [0, 1]");
+        p.require(m.eta > 0.0f, "index of refraction is not positive");
         p.require(
-            m.kind != IR_MATERIAL_ROUGH_PLASTIC || std::uint64_t{m.coat_table} + IR_COAT_TABLE <= scene.texels.size(),
-            "the coat's table is outside the texel array");
+            m.eta_r >= 0.0f && m.eta_g >= 0.0f && m.eta_b >= 0.0f && m.k_r >= 0.0f && m.k_g >= 0.0f && m.k_b >= 0.0f,
+            "a conductor's index of refraction is negative");
+        // The loader holds roughness at Mitsuba's least, 1e-4: squares and their products stay in float32's range.
+        p.require(m.alpha_u >= 0.99e-4f && m.alpha_v >= 0.99e-4f, "roughness is below 0.0001");
+        // Kernels divide by 1 - internal_reflectance.
+        p.require(m.internal_reflectance >= 0.0f && m.internal_reflectance < 1.0f,
+                  "the coat's internal reflectance is outside [0, 1)");
+        p.require(in_unit(m.specular_weight), "the coat's weight is outside [0, 1]");
+        if (m.kind == IR_MATERIAL_ROUGH_PLASTIC) {
+            p.require(std::uint64_t{m.coat_table} + IR_COAT_TABLE <= scene.texels.size(),
+                      "the coat's table is outside the texel array");
+            for (std::size_t k = 0; k < IR_COAT_TABLE; ++k)
+                p.require(in_unit(std::bit_cast<float>(scene.texels[m.coat_table + k])),
+                          "a transmittance of the coat is outside [0, 1]");
+        }
+        for (const int texture : {m.opacity_texture, m.alpha_texture, m.map})
+            if (texture >= 0)
+                p.require(scene.textures[static_cast<std::size_t>(texture)].format != IR_TEXTURE_VERTEX_COLOUR,
+                          "vertex colours that are no reflectance");
     }
     // Radiance and heights may be any numbers; reflectances are looked up unchecked by the kernels.
     std::vector<bool> factor(scene.textures.size(), false), unbounded(scene.textures.size(), false);

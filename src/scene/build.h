@@ -66,6 +66,9 @@ private:
 /// Mean linear colour of a picture file, each row weighted by `row_weight(y in (0,1))`; for substitutes.
 glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, double (*row_weight)(double));
 
+/// The mean of a loaded texture as Mitsuba takes it: of a picture's luminance, of all channels of a checkerboard.
+double mean_of_texture(const Scene& scene, const shared::Texture& texture);
+
 /// What the elements of a <texture> say. Throws Error on what is not supported.
 TextureSpec read_texture(const Context& context, const Document& document, const Node& node);
 
@@ -92,11 +95,13 @@ public:
     /// Index of the material of a <bsdf>; the same element always gives the same index. Null: Mitsuba's default,
     /// diffuse .5.
     std::optional<std::uint32_t> material(const Node* bsdf);
-    /// Appends the coats' tables to scene.texels and tells the materials where they are.
+    /// Appends the coats' tables to scene.texels and tells the materials where they are; sets what depends on the
+    /// means of textures.
     void store_coats(Scene& scene);
     std::vector<shared::Material> materials;
 
 private:
+    enum class TextureUse { colour, number, map };
     struct Colour {
         glm::dvec3 value;
         int texture;
@@ -123,8 +128,9 @@ private:
     void set_index(Properties& p, const char* inside, shared::Material& m);
     void set_coat(shared::Material& m);
     double index_of_refraction(Properties& p, const char* name, const char* fallback);
-    Colour colour(Properties& p, const std::string& name, const glm::dvec3& fallback);
-    int texture(const Node& node, bool unbounded);
+    Colour colour(Properties& p, const std::string& name, const glm::dvec3& fallback,
+                  TextureUse use = TextureUse::colour);
+    int texture(const Node& node, TextureUse use);
 
     const Context& context_;
     const Document& document_;

@@ -25,6 +25,9 @@ std::string supported_bsdfs() {
 
 glm::vec3 rounded(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
+/// A colour where one number is asked for, as Mitsuba takes it (of a picture it takes the luminance).
+glm::dvec3 mean_of_channels(const glm::dvec3& c) { return glm::dvec3((c.x + c.y + c.z) / 3.0); }
+
 bool transmits(const shared::Material& m) {
     return m.kind == IR_MATERIAL_DIELECTRIC || m.kind == IR_MATERIAL_ROUGH_DIELECTRIC ||
            m.kind == IR_MATERIAL_THIN_DIELECTRIC || m.opacity < 1.0f || m.opacity_texture != IR_NO_TEXTURE;
@@ -123,7 +126,7 @@ shared::Material MaterialTable::twosided(Properties& p, int depth) {
 
 shared::Material MaterialTable::mask(Properties& p, int depth) {
     shared::Material m = read(only_nested(p), depth + 1);
-    const Colour opacity = colour(p, "opacity", glm::dvec3(0.5));
+    const Colour opacity = colour(p, "opacity", glm::dvec3(0.5), TextureUse::number);
     p.finish();
     if (m.opacity_texture != IR_NO_TEXTURE || (m.opacity != 1.0f && opacity.texture != IR_NO_TEXTURE))
         fail(p.node(),
@@ -141,7 +144,7 @@ shared::Material MaterialTable::perturbed(Properties& p, int depth) {
         fail(p.node(), fmt::format("{} has {} nested textures, one was expected", describe(p.node()), textures.size()));
     if (m.map != IR_NO_TEXTURE)
         fail(p.node(), fmt::format("{}: a bump or normal map inside another is not supported", describe(p.node())));
-    m.map = texture(*textures[0], true);
+    m.map = texture(*textures[0], TextureUse::map);
     if (normals)
         m.flags |= IR_MATERIAL_NORMAL_MAP;
     else
@@ -200,7 +203,7 @@ void MaterialTable::set_roughness(Properties& p, bool anisotropic, shared::Mater
         m.alpha_u = roughness(*u, "alpha_u");
         m.alpha_v = roughness(*v, "alpha_v");
     } else if (alpha && alpha->tag == "texture" && anisotropic) {
-        m.alpha_texture = texture(*alpha, false);
+        m.alpha_texture = texture(*alpha, TextureUse::number);
     } else if (alpha) {
         m.alpha_u = m.alpha_v = roughness(*alpha, "alpha");
     }
@@ -235,22 +238,22 @@ void MaterialTable::conductor(Properties& p, shared::Material& m) {
     set_specular(p, m);
     const Node *named = p.property("material"), *eta_node = p.property("eta"), *k_node = p.property("k");
     glm::dvec3 eta(0.0), k(1.0);
-    if (named && (eta_node || k_node))
-        fail(*named, fmt::format("{}: give either material or eta and k", describe(p.node())));
-    if ((eta_node != nullptr) != (k_node != nullptr))
-        fail(p.node(), fmt::format("{}: give both eta and k", describe(p.node())));
-    if (eta_node) {
-        eta = parse_colour(context_, *eta_node);
-        k = parse_colour(context_, *k_node);
-    } else if (const std::string name = p.text("material", "none"); !find_conductor(name, eta, k)) {
+    const std::string name = p.text("material", "none");
+    if (!find_conductor(name, eta, k))
         fail(*named, fmt::format("{}: there is no conductor '{}'{}", describe(p.node()), name,
                                  did_you_mean(name, conductor_names())));
-    }
-    for (int c = 0; c < 3; ++c) {
-        if (!(eta[c] >= 0.0) || !(k[c] >= 0.0))
-            fail(eta_node && !(eta[c] >= 0.0) ? *eta_node : *k_node,
-                 fmt::format("{}: eta or k is negative ({}, {})", describe(p.node()), eta[c], k[c]));
-    }
+    if (name != "none" && (eta_node || k_node))
+        fail(*named, fmt::format("{}: give either material or eta and k", describe(p.node())));
+    const auto part = [&](const Node* node, const char* which, glm::dvec3& index) {
+        if (!node) return;
+        index = parse_colour(context_, *node);
+        for (int c = 0; c < 3; ++c)
+            if (!(index[c] >= 0.0))
+                fail(*node, fmt::format("{}: {} is negative ({}), 0 or more was expected", describe(p.node()), which,
+                                        index[c]));
+    };
+    part(eta_node, "eta", eta);
+    part(k_node, "k", k);
     const glm::vec3 e = rounded(eta), i = rounded(k);
     m.eta_r = e.x, m.eta_g = e.y, m.eta_b = e.z;
     m.k_r = i.x, m.k_g = i.y, m.k_b = i.z;
@@ -288,13 +291,11 @@ void MaterialTable::plastic(Properties& p, shared::Material& m) {
     set_diffuse(p, "diffuse_reflectance", m);
     set_specular(p, m);
     if (p.boolean("nonlinear", false)) m.flags |= IR_MATERIAL_NONLINEAR;
-    // Which part of the BSDF a sample takes: by their mean reflectances, a texture's guessed as one half.
-    const double base = m.texture == IR_NO_TEXTURE ? static_cast<double>(m.r + m.g + m.b) / 3.0 : 0.5;
-    const double coat = m.specular_texture == IR_NO_TEXTURE
-                            ? static_cast<double>(m.specular_r + m.specular_g + m.specular_b) / 3.0
-                            : 0.5;
-    m.specular_weight = base + coat > 0.0 ? static_cast<float>(coat / (base + coat)) : 0.5f;
     set_coat(m);
+    if (!(m.internal_reflectance < 1.0f))
+        fail(p.node(),
+             fmt::format("{}: int_ior over ext_ior is {}: the coat would let no light out (below 3.9 it does)",
+                         describe(p.node()), m.eta));
 }
 
 void MaterialTable::set_coat(shared::Material& m) {
@@ -322,8 +323,21 @@ void MaterialTable::store_coats(Scene& scene) {
         first.push_back(static_cast<std::uint32_t>(scene.texels.size()));
         for (const float t : coat.table.transmittance) scene.texels.push_back(std::bit_cast<std::uint32_t>(t));
     }
-    for (shared::Material& m : materials)
+    std::unordered_map<int, double> means;
+    const auto mean = [&](int texture, float r, float g, float b) {
+        if (texture == IR_NO_TEXTURE) return (double{r} + double{g} + double{b}) / 3.0;
+        const auto [known, first_time] = means.try_emplace(texture, 0.0);
+        if (first_time) known->second = mean_of_texture(scene, scene.textures[static_cast<std::size_t>(texture)]);
+        return known->second;
+    };
+    for (shared::Material& m : materials) {
+        if (m.coat == 0) continue;
         if (m.kind == IR_MATERIAL_ROUGH_PLASTIC) m.coat_table = first[m.coat - 1];
+        // Which part of the BSDF a sample takes: by their mean reflectances.
+        const double base = mean(m.texture, m.r, m.g, m.b);
+        const double coat = mean(m.specular_texture, m.specular_r, m.specular_g, m.specular_b);
+        m.specular_weight = base + coat > 0.0 ? static_cast<float>(coat / (base + coat)) : 0.5f;
+    }
 }
 
 // ---- the rest ------------------------------------------------------------------------------------------------------
@@ -349,12 +363,13 @@ shared::Material MaterialTable::substitute(const Node& bsdf, int depth) {
     return m;
 }
 
-MaterialTable::Colour MaterialTable::colour(Properties& p, const std::string& name, const glm::dvec3& fallback) {
+MaterialTable::Colour MaterialTable::colour(Properties& p, const std::string& name, const glm::dvec3& fallback,
+                                            TextureUse use) {
     Colour result{fallback, IR_NO_TEXTURE};
     const Node* node = p.property(name);
     if (!node) return result;
     if (node->tag == "texture") {
-        result.texture = texture(*node, false);
+        result.texture = texture(*node, use);
         result.value = glm::dvec3(1.0);
         return result;
     }
@@ -362,12 +377,18 @@ MaterialTable::Colour MaterialTable::colour(Properties& p, const std::string& na
     if (!glm::all(glm::greaterThanEqual(c, glm::dvec3(0.0))) || !glm::all(glm::lessThanEqual(c, glm::dvec3(1.0))))
         context_.problem(*node, fmt::format("{} ({}, {}, {}) is outside [0, 1]", name, c.x, c.y, c.z), "clamped");
     result.value = glm::clamp(c, 0.0, 1.0);
+    if (use == TextureUse::number) result.value = mean_of_channels(result.value);
     return result;
 }
 
-int MaterialTable::texture(const Node& node, bool unbounded) {
+int MaterialTable::texture(const Node& node, TextureUse use) {
     TextureSpec spec = read_texture(context_, document_, node);
-    spec.unbounded = unbounded;
+    spec.unbounded = use == TextureUse::map;
+    if (use != TextureUse::colour && spec.vertex_colours)
+        fail(node, fmt::format("{}: vertex colours can be reflectances only", describe(node)));
+    // Asked for one number instead of a colour, Mitsuba 3.9.1's checkerboard answers the other way round.
+    if (use == TextureUse::number && spec.checkerboard)
+        spec.colours = {mean_of_channels(spec.colours[1]), mean_of_channels(spec.colours[0])};
     return textures_.add(spec);
 }
 

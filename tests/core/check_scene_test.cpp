@@ -65,6 +65,39 @@ TEST(CheckScene, Appearance) {
         {"material 1: unknown flags", [](Scene& s) { s.materials[1].flags = 8; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].g = 1.01f; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].b = kNan; }},
+        {"material 1: index of refraction", [](Scene& s) { s.materials[1].eta = 0.0f; }},
+        {"material 1: a conductor's index", [](Scene& s) { s.materials[1].k_g = -1.0f; }},
+        {"material 1: roughness", [](Scene& s) { s.materials[1].alpha_v = 1e-20f; }},
+        {"material 1: a number", [](Scene& s) { s.materials[1].alpha_u = kNan; }},
+        {"material 1: opacity", [](Scene& s) { s.materials[1].opacity = 1.5f; }},
+        {"material 1: the coat's internal", [](Scene& s) { s.materials[1].internal_reflectance = 1.0f; }},
+        {"material 1: the coat's weight", [](Scene& s) { s.materials[1].specular_weight = kNan; }},
+        {"material 1: the coat's table",
+         [](Scene& s) {
+             s.materials[1].kind = IR_MATERIAL_ROUGH_PLASTIC;
+             s.materials[1].coat_table = static_cast<std::uint32_t>(s.texels.size()) - IR_COAT_TABLE + 1;
+             s.features |= IR_FEATURE_BSDFS;
+         }},
+        {"material 1: a transmittance",
+         [](Scene& s) {
+             s.materials[1].kind = IR_MATERIAL_ROUGH_PLASTIC;
+             s.materials[1].coat_table = static_cast<std::uint32_t>(s.texels.size());
+             s.texels.resize(s.texels.size() + IR_COAT_TABLE);
+             s.texels.back() = 0x7fc00000u;
+             s.features |= IR_FEATURE_BSDFS;
+         }},
+        {"material 1: vertex colours",
+         [](Scene& s) {
+             s.textures[1].format = IR_TEXTURE_VERTEX_COLOUR;
+             s.materials[1].map = 1;
+             s.features |= IR_FEATURE_BUMPS;
+         }},
+        {"material 1: vertex colours",
+         [](Scene& s) {
+             s.textures[1].format = IR_TEXTURE_VERTEX_COLOUR;
+             s.materials[1].opacity_texture = 1;
+             s.features |= IR_FEATURE_MASKS;
+         }},
         {"texture 0: unknown format", [](Scene& s) { s.textures[0].format = 5; }},
         {"texture 0: unknown wrap", [](Scene& s) { s.textures[0].wrap = 3; }},
         {"texture 0: unknown filter", [](Scene& s) { s.textures[0].filter = 2; }},
