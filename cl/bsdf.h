@@ -176,15 +176,16 @@ IR_FN bool sample_specular(const Surface* f, float* u0, BsdfSample* b, float* re
         return false;
     }
     if (f->kind != IR_MATERIAL_DIELECTRIC && f->kind != IR_MATERIAL_THIN_DIELECTRIC) return false;
+    const bool thin = f->kind == IR_MATERIAL_THIN_DIELECTRIC;
     float cos_t;
-    float fresnel = fresnel_dielectric(c, f->eta, &cos_t);
-    if (f->kind == IR_MATERIAL_THIN_DIELECTRIC) fresnel *= 2.0f / (1.0f + fresnel);  // all orders between both sides
+    float fresnel = fresnel_dielectric(c, thin ? f->material->eta : f->eta, &cos_t);  // a sheet is seen from outside
+    if (thin) fresnel *= 2.0f / (1.0f + fresnel);  // all orders between both sides
     if (*u0 < fresnel) {
         b->glossy = f->specular;
         return true;
     }
     b->glossy = f->transmittance;
-    if (f->kind == IR_MATERIAL_THIN_DIELECTRIC) {
+    if (thin) {
         b->direction = -f->view;
         return true;
     }

@@ -171,7 +171,7 @@ IR_FN void read_material(const SceneData* s, const Material* m, int index, const
     f->specular =
         textured(s, m->specular_texture, make_real3(m->specular_r, m->specular_g, m->specular_b), g, hit);
     f->transmittance = make_real3(m->transmittance_r, m->transmittance_g, m->transmittance_b);
-    f->eta = front || m->kind == IR_MATERIAL_THIN_DIELECTRIC ? m->eta : 1.0f / m->eta;  // a pane is alike on both sides
+    f->eta = front ? m->eta : 1.0f / m->eta;
     f->alpha_u = m->alpha_u;
     f->alpha_v = m->alpha_v;
 #if IR_FEATURES & IR_FEATURE_TEXTURES

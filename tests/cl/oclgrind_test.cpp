@@ -38,7 +38,7 @@ const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
                   "merge_grid_level",  "count_grid_answers", "grid_means"};
 
 const Names kLights{"test_light_samples", "test_environment", "test_area_light"};
-const Names kBsdfs{"test_bsdf_evaluate", "test_bsdf_sample"};
+const Names kBsdfs{"test_bsdf_evaluate", "test_bsdf_sample", "test_microfacets", "test_fresnel"};
 
 /// The first and last line of function `name` of the device code `file`.
 std::pair<int, int> lines_of(const std::string& file, const std::string& name) {
@@ -247,7 +247,11 @@ TEST_F(Oclgrind, Lights) {
            "TexturedLight.RadianceAtCoordinates:CylinderLight.SamplesShowTheTexture"},
           kLights);
 }
-TEST_F(Oclgrind, Bsdfs) { check(TEST_BSDFS, {"--gtest_filter=Bsdf.IsDark*:Bsdf.TurnsBrushes*"}, kBsdfs); }
+// Not BsdfFormulas.Microfacets: with the checks and --inst-counts together, oclgrind 21.10 corrupts its own heap there;
+// with the checks alone it finds nothing.
+TEST_F(Oclgrind, Bsdfs) {
+    check(TEST_BSDFS, {"--gtest_filter=Bsdf.IsDark*:Bsdf.TurnsBrushes*:BsdfFormulas.F*"}, kBsdfs);
+}
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
           {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
