@@ -93,8 +93,8 @@ public:
     MaterialTable(const Context& context, const Document& document, TextureTable& textures)
         : context_(context), document_(document), textures_(textures) {}
     /// Index of the material of a <bsdf>; the same element always gives the same index. Null: Mitsuba's default,
-    /// diffuse .5.
-    std::optional<std::uint32_t> material(const Node* bsdf);
+    /// diffuse .5, or black for the shape of an emitter.
+    std::uint32_t material(const Node* bsdf, bool emitter = false);
     /// Appends the coats' tables to scene.texels and tells the materials where they are; sets what depends on the
     /// means of textures.
     void store_coats(Scene& scene);
@@ -137,7 +137,7 @@ private:
     TextureTable& textures_;
     std::vector<Coat> coats_;
     std::unordered_map<const Node*, std::uint32_t> known_;
-    std::optional<std::uint32_t> default_;
+    std::optional<std::uint32_t> default_, default_of_emitters_;
 };
 
 // ---- shapes -----------------------------------------------------------------------------------------------------

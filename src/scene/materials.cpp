@@ -35,14 +35,15 @@ bool transmits(const shared::Material& m) {
 
 }  // namespace
 
-std::optional<std::uint32_t> MaterialTable::material(const Node* bsdf) {
+std::uint32_t MaterialTable::material(const Node* bsdf, bool emitter) {
     if (!bsdf) {
-        if (!default_) {
+        std::optional<std::uint32_t>& index = emitter ? default_of_emitters_ : default_;
+        if (!index) {
             shared::Material m = blank_material();
-            m.r = m.g = m.b = 0.5f;
-            default_ = append(m);
+            if (!emitter) m.r = m.g = m.b = 0.5f;
+            index = append(m);
         }
-        return default_;
+        return *index;
     }
     const auto it = known_.find(bsdf);
     if (it != known_.end()) return it->second;

@@ -229,9 +229,7 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     if (!emitters.empty()) shape.radiance = read_area_emitter(context, document, *emitters[0]);
     p.ignore({"silhouette_sampling_weight"});
     p.finish();
-    const auto material = materials.material(bsdfs.empty() ? nullptr : bsdfs[0]);
-    if (!material && !shape.radiance) return std::nullopt;
-    shape.material = material ? *material : *materials.material(nullptr);
+    shape.material = materials.material(bsdfs.empty() ? nullptr : bsdfs[0], !emitters.empty());
     return request;
 }
 
