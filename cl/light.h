@@ -40,13 +40,15 @@ IR_FN float cone_height(float sin2) { return sin2 / (1.0f + sqrt(max(1.0f - sin2
 // (sr); farther away cos/r² hardly varies over the light, and area sampling costs less.
 #define IR_LEAST_SOLID_ANGLE 0.01f
 
-// Is p nearer to the light's centre than about three half diagonals, and on its emitting side?
+// Is p nearer to the light's centre than about three half diagonals, and on its emitting side? By more than its
+// rounding: a point of the light itself, on either side, would see half of its sphere filled with the light.
 IR_FN bool is_near_light(const Light* l, real3 p) {
     if (l->kind != IR_LIGHT_QUAD && l->kind != IR_LIGHT_TRIANGLE) return false;
     const real3 e1 = make_real3(l->e1x, l->e1y, l->e1z), e2 = make_real3(l->e2x, l->e2y, l->e2z);
     const real3 from = p - make_real3(l->px, l->py, l->pz);
     const real3 d = from - (e1 + e2) * (l->kind == IR_LIGHT_QUAD ? 0.5f : 0.33333333f);
-    return dot(d, d) < 2.0f * (dot(e1, e1) + dot(e2, e2)) && dot(from, make_real3(l->nx, l->ny, l->nz)) > 0.0f;
+    const float rounding = 1e-5f * (fabs(p.x) + fabs(p.y) + fabs(p.z) + fabs(from.x) + fabs(from.y) + fabs(from.z));
+    return dot(d, d) < 2.0f * (dot(e1, e1) + dot(e2, e2)) && dot(from, make_real3(l->nx, l->ny, l->nz)) > rounding;
 }
 
 // Solid angle in which p samples the light; 0: by area.

@@ -266,5 +266,22 @@ TEST(NearLight, WallThatTouchesALight) {
     check({"wall that touches a triangle", kWall + file.shape(), kSeesWall, kWallFov, {0, 0, 0}, {1, 0, 0}, {v}});
 }
 
+// A light does not shine on its own back: that side is seen at points of the light's plane, on one side of it or the
+// other by rounding.
+TEST(NearLight, LeavesItsOwnBackDark) {
+    const Scene scene = load_text(R"(<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="30"/>
+        <transform name="to_world"><lookat origin="2.3,0.2,1.7" target="1.3,1.5,0.7" up="0,0,1"/></transform>
+        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/></film></sensor>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.4"/><rotate x="1" angle="-73"/>
+        <translate x="1.3" y="1.5" z="0.7"/></transform>
+        <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.5"/></bsdf></bsdf>
+        <emitter type="area"><rgb name="radiance" value="5"/></emitter></shape>
+        <shape type="sphere"><point name="center" value="9,9,9"/><float name="radius" value="0.1"/></shape></scene>)");
+    RenderSettings s;
+    s.method = Method::path;
+    s.spp = 16;
+    EXPECT_LT(channel_mean(run(scene, s).image, 1).highest, 1e-4);
+}
+
 }  // namespace
 }  // namespace irradia::test
