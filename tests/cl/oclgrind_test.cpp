@@ -38,6 +38,7 @@ const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
                   "merge_grid_level",  "count_grid_answers", "grid_means"};
 
 const Names kLights{"test_light_samples", "test_environment", "test_area_light"};
+const Names kTextures{"test_textures"};
 const Names kBsdfs{"test_bsdf_evaluate", "test_bsdf_sample", "test_microfacets", "test_fresnel"};
 
 /// The first and last line of function `name` of the device code `file`.
@@ -252,6 +253,7 @@ TEST_F(Oclgrind, Lights) {
 TEST_F(Oclgrind, Bsdfs) {
     check(TEST_BSDFS, {"--gtest_filter=Bsdf.IsDark*:Bsdf.TurnsBrushes*:BsdfFormulas.F*"}, kBsdfs);
 }
+TEST_F(Oclgrind, Textures) { check(DEVICE_TEXTURE_TEST, {"--gtest_filter=DeviceTextures.Checker*"}, kTextures); }
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
           {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
@@ -265,7 +267,7 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
     for (const Names& names : {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache,
-                               kEchoSizes, kGrid, kShapes, kLights, kBsdfs})
+                               kEchoSizes, kGrid, kShapes, kLights, kBsdfs, kTextures})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {

@@ -59,7 +59,6 @@ TEST_F(BadBsdf, Conductors) {
                    {"scene.xml:4:", "there is no conductor 'Alu'", "did you mean 'Al'?"});
     expect_message(refused("roughconductor", R"(<string name="material" value="gold"/>)"),
                    {"scene.xml:4:", "there is no conductor 'gold'"});
-    expect_message(refused("conductor", R"(<rgb name="eta" value="1"/>)"), {"scene.xml:3:", "both eta and k"});
     expect_message(
         refused("conductor",
                 R"(<rgb name="eta" value="1"/><rgb name="k" value="1"/><string name="material" value="Al"/>)"),
