@@ -114,7 +114,7 @@ IR_FN real3 facet_scattering(const Surface* f, real3 wi, real3 wo, float* densit
     return f->transmittance * (common * go);
 }
 
-IR_FN BsdfValue bsdf_value(const SceneData* s, const Surface* f, real3 w) {
+IR_CALL_FN BsdfValue bsdf_value(const SceneData* s, const Surface* f, real3 w) {
     BsdfValue v;
     v.diffuse = v.glossy = black();
     v.density = 0.0f;
@@ -212,7 +212,7 @@ IR_FN bool sample_facets(const Surface* f, real3 wi, float* u0, float u1, float 
 }
 
 // Draws a direction by random numbers u0 (the part of the BSDF), u1, u2; false: absorbed.
-IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
+IR_CALL_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
     float rest;
     if (sample_specular(f, &u0, b, &rest)) {
         b->glossy = b->glossy * bump_visibility(f, b->direction);

@@ -219,7 +219,7 @@ IR_FN LightSample sample_area_light(const Light* l, real3 power, real3 p, float 
 }
 
 // A sample of the light arriving at p (unit normal n: used by the constant environment only).
-IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
+IR_CALL_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
     LightSample sample;
     sample.valid = false;
     sample.density = 0.0f;
@@ -286,7 +286,7 @@ IR_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, f
 
 // Density with which sample_light at p would have chosen the direction w that hit light `index` at `distance`, where
 // the light's emitting normal makes `cosine` = |n_light . w|. Per steradian.
-IR_FN float light_density(const SceneData* s, uint index, real3 p, float cosine, float distance) {
+IR_CALL_FN float light_density(const SceneData* s, uint index, real3 p, float cosine, float distance) {
     const Light light = s->lights[index];
 #if IR_FEATURES & IR_FEATURE_ANALYTIC
     if (light.kind == IR_LIGHT_SPHERE) {

@@ -45,7 +45,7 @@ IR_FN float shadow_distance(const Surface* f, const LightSample* l) {
 }
 
 // Next-event estimation at `f` by random numbers u0, u1.
-IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
+IR_CALL_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
     const LightSample l = sample_light(s, f->p, f->ns, u0, u1);
     const real3 radiance = light_sample_radiance(s, f, &l, mis);
     if (is_zero(radiance)) return radiance;
@@ -121,7 +121,7 @@ IR_FN PathState path_from(Surface f, float distance) {
 // The BSDF's sample at a vertex: adds the light that it happens to find to *sum and moves on; false if the path ends.
 // `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
 // `roulette`: the path may end by chance, more likely the less it still carries.
-IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
+IR_CALL_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     Bounce b;
     if (!bounce_sample(s, &path->surface, rng, &b)) return false;

@@ -2,6 +2,9 @@
 // Everything else in cl/ uses only what is defined here: `real`, `real3`, make_real3, dot, cross, length, normalize,
 // IR_FN, IR_GLOBAL, ... No vector literals, no swizzles, no built-in that one of the three lacks.
 //
+// IR_CALL_FN: functions large and often called, which GPU compilers would copy into every caller, for minutes; they stay
+// functions there where a scene's materials make them large (-D IR_FEATURES).
+//
 // Functions that take IR_LOCAL memory are IR_INLINE_FN, never IR_FN: where one stays a function of its own, LLVM puts
 // the address of the kernel's array into it instead of the parameter, which PoCL 3.1 does not see when it moves the
 // array: what the function writes is lost.
@@ -11,6 +14,11 @@
 #if defined(__OPENCL_VERSION__)  // ------------------------------------------------------------------ OpenCL C
 #define IR_FN static
 #define IR_INLINE_FN static __attribute__((always_inline))
+#if !defined(IR_CPU) && (IR_FEATURES & 0x20u)  // IR_FEATURE_BSDFS
+#define IR_CALL_FN static __attribute__((noinline))
+#else
+#define IR_CALL_FN static
+#endif
 #define IR_KERNEL __kernel
 #define IR_GLOBAL __global
 #define IR_LOCAL __local
@@ -44,6 +52,7 @@ typedef unsigned int uint;
 typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) includes: 64 bits on Linux
 #define IR_FN static __device__
 #define IR_INLINE_FN static __device__ __forceinline__
+#define IR_CALL_FN static __device__ __noinline__
 #define IR_KERNEL extern "C" __global__
 #define IR_GLOBAL
 #define IR_LOCAL
@@ -74,6 +83,7 @@ typedef float3 real3;
 #include <cstdint>
 #define IR_FN inline
 #define IR_INLINE_FN inline
+#define IR_CALL_FN inline
 #define IR_GLOBAL
 #define IR_LOCAL
 #define IR_CONSTANT static const

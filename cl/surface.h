@@ -201,7 +201,7 @@ IR_FN void make_black(Surface* f) {
 }
 
 // The surface that a ray (origin, direction) hits, as seen from the ray's side.
-IR_FN Surface surface_at(const SceneData* s, real3 origin, real3 direction, const Hit* hit) {
+IR_CALL_FN Surface surface_at(const SceneData* s, real3 origin, real3 direction, const Hit* hit) {
     Surface f;
     f.p = origin + direction * hit->t;
     f.primitive = hit->primitive;
