@@ -31,6 +31,25 @@ IR_KERNEL void test_bsdf_evaluate(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR
     answers[7u * i + 6u] = v.density;
 }
 
+// The same of triangle 0 where its barycentrics are u, v. questions: view, direction, u, v; eight floats each.
+IR_KERNEL void test_bsdf_at(IR_SCENE_ARGS, IR_GLOBAL const float* questions, IR_GLOBAL float* answers, uint count) {
+    IR_SCENE_INIT(s);
+    const uint i = IR_GLOBAL_ID;
+    if (i >= count) return;
+    IR_GLOBAL const float* q = questions + 8u * i;
+    const real3 view = read_vector(q);
+    Hit hit;
+    hit.t = 1.0f;
+    hit.u = q[6];
+    hit.v = q[7];
+    hit.primitive = 0u;
+    const Surface f = surface_at(&s, view, -view, &hit);
+    const BsdfValue v = bsdf_evaluate(&s, &f, read_vector(q + 3));
+    write_vector(answers + 7u * i, v.diffuse);
+    write_vector(answers + 7u * i + 3u, v.glossy);
+    answers[7u * i + 6u] = v.density;
+}
+
 // questions: view, u0, u1, u2. answers: valid (1 or 0), direction, diffuse, glossy, density, eta; twelve floats each.
 IR_KERNEL void test_bsdf_sample(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR_GLOBAL const float* questions,
                                 IR_GLOBAL float* answers, uint count) {
