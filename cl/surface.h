@@ -149,6 +149,8 @@ IR_FN void perturb_normal(const SceneData* s, const Material* m, const HitGeomet
         map_normal = make_real3(dot(turned, t), dot(turned, b), dot(turned, n));
     }
     const real3 v = make_real3(dot(f->view, t), dot(f->view, b), dot(f->view, n));
+    if ((m->flags & IR_MATERIAL_MIRRORED_MAP) && v.z < 0.0f)  // n itself is turned about afterwards
+        map_normal = make_real3(-map_normal.x, -map_normal.y, map_normal.z);
     if (v.z * dot(v, map_normal) <= 0.0f) map_normal = make_real3(-map_normal.x, -map_normal.y, map_normal.z);
     const float square = dot(map_normal, map_normal);
     if (square > 1e-30f && square < 1e30f)

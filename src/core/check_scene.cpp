@@ -65,7 +65,8 @@ void check_appearance(const std::string& where, const Scene& scene) {
         const shared::Material& m = scene.materials[i];
         const Place p{where, "material", i};
         p.require(m.kind < IR_MATERIAL_KINDS, "unknown kind");
-        p.require((m.flags & ~(IR_MATERIAL_BECKMANN | IR_MATERIAL_NONLINEAR | IR_MATERIAL_NORMAL_MAP)) == 0,
+        p.require((m.flags & ~(IR_MATERIAL_BECKMANN | IR_MATERIAL_NONLINEAR | IR_MATERIAL_NORMAL_MAP |
+                               IR_MATERIAL_MIRRORED_MAP)) == 0,
                   "unknown flags");
         p.optional_below(m.back, scene.materials.size(), "material of the back");
         for (const int texture : {m.texture, m.specular_texture, m.opacity_texture, m.alpha_texture, m.map})

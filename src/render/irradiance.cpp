@@ -26,7 +26,7 @@ namespace {
 constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
 constexpr std::uint32_t record_rounds = 24;  // after so many, samples that still find no record are path traced
-constexpr double records_share = 0.5;  // of the progress bar
+constexpr double records_share = 0.5;        // of the progress bar
 
 CacheSettings cache_settings(const Run& run) {
     const RenderSettings& s = run.settings;

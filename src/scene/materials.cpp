@@ -112,6 +112,7 @@ shared::Material MaterialTable::twosided(Properties& p, int depth) {
         return m;
     };
     shared::Material m = side(*nested[0]);
+    if (m.map != IR_NO_TEXTURE) m.flags |= IR_MATERIAL_MIRRORED_MAP;
     m.back = both_sides;
     if (nested.size() == 1) return m;
     const shared::Material other = side(*nested[1]);

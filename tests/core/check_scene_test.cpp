@@ -62,7 +62,7 @@ TEST(CheckScene, Appearance) {
     expect_refused({
         {"material 0: texture 3", [](Scene& s) { s.materials[0].texture = 3; }},
         {"material 0: unknown kind", [](Scene& s) { s.materials[0].kind = IR_MATERIAL_KINDS; }},
-        {"material 1: unknown flags", [](Scene& s) { s.materials[1].flags = 8; }},
+        {"material 1: unknown flags", [](Scene& s) { s.materials[1].flags = 16; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].g = 1.01f; }},
         {"material 1: reflectance", [](Scene& s) { s.materials[1].b = kNan; }},
         {"material 1: index of refraction", [](Scene& s) { s.materials[1].eta = 0.0f; }},

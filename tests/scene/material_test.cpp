@@ -20,7 +20,8 @@ TEST_F(Material, DiffuseTwosidedAndTheDefault) {
         <bsdf type="twosided" id="two"><ref id="one"/></bsdf>
         <shape type="rectangle"><ref id="two"/></shape><shape type="rectangle"><ref id="two"/></shape><shape type="rectangle"><ref id="one"/></shape>)");
     const auto& lamp_material = s.materials[s.triangles[0].material];
-    expect_near({lamp_material.r, lamp_material.g, lamp_material.b}, {0.0, 0.0, 0.0}, 0.0);  // Mitsuba's default for emitters
+    expect_near({lamp_material.r, lamp_material.g, lamp_material.b}, {0.0, 0.0, 0.0},
+                0.0);  // Mitsuba's default for emitters
     EXPECT_EQ(lamp_material.back, IR_NO_MATERIAL);
     EXPECT_EQ(s.triangles[2].material, s.triangles[4].material);
     const auto& two = s.materials[s.triangles[2].material];

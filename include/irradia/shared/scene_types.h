@@ -66,6 +66,7 @@ typedef struct Analytic {
 #define IR_MATERIAL_BECKMANN 0x1u    // flag: microfacets after Beckmann, otherwise GGX
 #define IR_MATERIAL_NONLINEAR 0x2u   // flag: plastic whose base colours shift by internal scattering
 #define IR_MATERIAL_NORMAL_MAP 0x4u  // flag: `map` holds normals, otherwise heights
+#define IR_MATERIAL_MIRRORED_MAP 0x8u  // flag: seen from behind, heights rise towards that side (a map within twosided)
 #define IR_NO_MATERIAL (-1)
 #define IR_COAT_TABLE 64u  // entries of a rough coat's transmittance table, over the cosine, 0 to 1
 typedef struct Material {
