@@ -192,6 +192,21 @@ std::string plastic(const std::string& kind, const std::string& rest) {
         <boolean name="nonlinear" value="true"/>)" +
            rest + "</bsdf></bsdf>";
 }
+// Waves of some degrees as a height map, in a file that lives as long as the tests.
+std::string bumps() {
+    const std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("irradia-bumps-" + std::to_string(::getpid()) + ".ppm");
+    std::ofstream file(path);
+    file << "P3\n64 64\n255\n";
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) {
+            const int h = static_cast<int>(127.5 + 127.0 * std::sin(x * 0.39269908) * std::sin(y * 0.19634954));
+            file << h << " " << h << " " << h << "\n";
+        }
+    return R"(<bsdf type="bumpmap"><float name="scale" value="0.05"/><texture name="map" type="bitmap">
+        <string name="filename" value=")" +
+           path.string() + R"("/><boolean name="raw" value="true"/></texture>)";
+}
 const std::string glossy = R"(<string name="distribution" value="ggx"/><float name="alpha" value="0.2"/>)";
 
 INSTANTIATE_TEST_SUITE_P(
@@ -207,6 +222,7 @@ INSTANTIATE_TEST_SUITE_P(
         Hard{"metal", grey_floor,
              sphere(R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>)" + glossy + "</bsdf>"), 0.015,
              0.12},
+        Hard{"bumped", bumps() + grey_floor + "</bsdf>", "", 0.01, 0.06},
         Hard{"checkerboard",
              R"(<bsdf type="twosided"><bsdf type="diffuse"><texture name="reflectance" type="checkerboard">
                 <transform name="to_uv"><scale value="4"/></transform></texture></bsdf></bsdf>)",
