@@ -101,15 +101,25 @@ protected:
     /// Runs a command under oclgrind: it succeeds, runs the kernels `expected` and no others, and nothing is found.
     void check(const std::string& executable, const std::vector<std::string>& arguments, const Names& expected) const {
         // Code as clang emits it: optimised code holds instructions (freeze, bitreverse) that oclgrind 21.10 lacks.
-        std::vector<std::string> line{"--build-options", "-O0 -disable-llvm-passes",
-                                      "--num-threads",   "1",
-                                      "--data-races",    "--uninitialized",
-                                      "--check-api",     "--inst-counts",
-                                      "--max-errors",    "100000",
-                                      "--log",           in_folder("log"),
-                                      executable};
-        line.insert(line.end(), arguments.begin(), arguments.end());
-        const Outcome outcome = call("oclgrind", line);
+        const auto run = [&](std::vector<std::string> what) {
+            std::vector<std::string> line{"--build-options", "-O0 -disable-llvm-passes", "--num-threads", "1"};
+            line.insert(line.end(), what.begin(), what.end());
+            line.push_back(executable);
+            line.insert(line.end(), arguments.begin(), arguments.end());
+            return call("oclgrind", line);
+        };
+        std::vector<std::string> checks{"--data-races", "--uninitialized", "--check-api",   "--max-errors",
+                                        "100000",       "--log",           in_folder("log")};
+        std::vector<std::string> both = checks;
+        both.push_back("--inst-counts");
+        Outcome outcome = run(both);
+        // oclgrind 21.10 corrupts its own heap where it checks and counts large kernels at once: one after the other.
+        if (outcome.status == 134) {
+            std::filesystem::remove(in_folder("log"));
+            outcome = run(checks);
+            ASSERT_EQ(outcome.status, 0) << outcome.err << file_text(in_folder("log"));
+            outcome = run({"--inst-counts"});
+        }
         ASSERT_EQ(outcome.status, 0) << outcome.err << outcome.out.substr(0, 2000) << file_text(in_folder("log"));
         Names ran;
         const std::regex counts("Instructions executed for kernel '([a-z_0-9]+)':");
