@@ -70,7 +70,7 @@ IR_FN real3 conductor_reflectance(const Surface* f, float c) {
 // Probability of choosing the coat rather than the base, where the coat lets `through` pass.
 IR_FN float coat_probability(const Surface* f, float through) {
     const float coat = (1.0f - through) * f->material->specular_weight;
-    return coat / (coat + through * (1.0f - f->material->specular_weight));
+    return coat / max(coat + through * (1.0f - f->material->specular_weight), 1e-20f);  // neither: none
 }
 
 // Rough conductor, and a rough plastic's coat: reflection by facets; *density as if nothing else were sampled.

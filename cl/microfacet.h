@@ -15,7 +15,7 @@ IR_FN real microfacet_density(const Microfacets* f, real3 m) {
     if (!(m.z > R(0.0))) return R(0.0);
     const real a = f->alpha_u * f->alpha_v;
     const real x = m.x / f->alpha_u, y = m.y / f->alpha_v, cos2 = m.z * m.z;
-    if (f->beckmann) return exp(-(x * x + y * y) / cos2) / (IR_PI * a * cos2 * cos2);
+    if (f->beckmann) return exp(-(x * x + y * y) / cos2) / max(IR_PI * a * cos2 * cos2, R(1e-30));
     const real t = x * x + y * y + cos2;
     return R(1.0) / (IR_PI * a * t * t);
 }
