@@ -152,35 +152,28 @@ IR_FN BsdfValue bsdf_evaluate(const SceneData* s, const Surface* f, real3 w) {
     return v;
 }
 
-// A perfectly specular direction; false if the surface has none, or the draw (u0) fell on its other parts: then u0 is
-// rescaled, and *rest is the probability of that.
-IR_FN bool sample_specular(const Surface* f, float* u0, BsdfSample* b, float* rest) {
+// A perfectly specular direction; false if the surface has none, or the draw u0 fell on its other parts.
+IR_FN bool sample_specular(const Surface* f, float u0, BsdfSample* b) {
     const float c = dot(f->view, f->ns);
     b->density = 0.0f;
     b->eta = 1.0f;
     b->diffuse = black();
     b->direction = f->ns * (2.0f * c) - f->view;
-    *rest = 1.0f;
     if (f->kind == IR_MATERIAL_CONDUCTOR) {
         b->glossy = conductor_reflectance(f, c);
         return true;
     }
     if (f->kind == IR_MATERIAL_PLASTIC) {
         const float p = coat_probability(f, f->through);
-        if (*u0 < p) {
-            b->glossy = f->specular * ((1.0f - f->through) / p);
-            return true;
-        }
-        *u0 = min((*u0 - p) / (1.0f - p), 0.99999994f);
-        *rest = 1.0f - p;
-        return false;
+        b->glossy = f->specular * ((1.0f - f->through) / p);
+        return u0 < p;
     }
     if (f->kind != IR_MATERIAL_DIELECTRIC && f->kind != IR_MATERIAL_THIN_DIELECTRIC) return false;
     const bool thin = f->kind == IR_MATERIAL_THIN_DIELECTRIC;
     float cos_t;
     float fresnel = fresnel_dielectric(c, thin ? f->material->eta : f->eta, &cos_t);  // a sheet is seen from outside
     if (thin) fresnel *= 2.0f / (1.0f + fresnel);  // all orders between both sides
-    if (*u0 < fresnel) {
+    if (u0 < fresnel) {
         b->glossy = f->specular;
         return true;
     }
@@ -196,7 +189,7 @@ IR_FN bool sample_specular(const Surface* f, float* u0, BsdfSample* b, float* re
 }
 
 // A direction in proportion to the facets' part of the BSDF (about so), local frame; false: absorbed.
-IR_FN bool sample_facets(const Surface* f, real3 wi, float* u0, float u1, float u2, real3* wo, float* eta) {
+IR_FN bool sample_facets(const Surface* f, real3 wi, float u0, float u1, float u2, real3* wo, float* eta) {
     const Microfacets facets = surface_facets(f);
     const real3 m = sample_visible_normal(&facets, wi, u1, u2);
     const float c = dot(wi, m);
@@ -205,7 +198,7 @@ IR_FN bool sample_facets(const Surface* f, real3 wi, float* u0, float u1, float 
     if (f->kind != IR_MATERIAL_ROUGH_DIELECTRIC) return wo->z > 0.0f;
     if (!(c > 0.0f)) return false;
     float cos_t;
-    if (*u0 < fresnel_dielectric(c, f->eta, &cos_t)) return wo->z > 0.0f;
+    if (u0 < fresnel_dielectric(c, f->eta, &cos_t)) return wo->z > 0.0f;
     *eta = f->eta;
     *wo = m * (c / f->eta - cos_t) - wi * (1.0f / f->eta);
     return wo->z < 0.0f;
@@ -213,22 +206,18 @@ IR_FN bool sample_facets(const Surface* f, real3 wi, float* u0, float u1, float 
 
 // Draws a direction by random numbers u0 (the part of the BSDF), u1, u2; false: absorbed.
 IR_CALL_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
-    float rest;
-    if (sample_specular(f, &u0, b, &rest)) {
+    if (sample_specular(f, u0, b)) {
         b->glossy = b->glossy * bump_visibility(f, b->direction);
         return !is_zero(b->glossy);
     }
     bool cosine = f->kind == IR_MATERIAL_DIFFUSE || f->kind == IR_MATERIAL_PLASTIC;
-    if (f->kind == IR_MATERIAL_ROUGH_PLASTIC) {
-        const float p = coat_probability(f, f->through);
-        cosine = u0 >= p;
-    }
+    if (f->kind == IR_MATERIAL_ROUGH_PLASTIC) cosine = u0 >= coat_probability(f, f->through);
     if (cosine) {
         b->direction = to_world(make_frame(f->ns), cosine_direction(u1, u2));
     } else {
         const Frame frame = bsdf_frame(f);
         real3 wo;
-        if (!sample_facets(f, to_local(frame, f->view), &u0, u1, u2, &wo, &b->eta)) return false;
+        if (!sample_facets(f, to_local(frame, f->view), u0, u1, u2, &wo, &b->eta)) return false;
         b->direction = to_world(frame, wo);
     }
     const BsdfValue v = bsdf_evaluate(s, f, b->direction);

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <set>
 
 #include "scene/build.h"
+#include "scene/in_parallel.h"
 
 namespace irradia {
 namespace loader {
@@ -22,14 +22,6 @@ struct Extent {
         hi = glm::max(hi, p + reach);
     }
 };
-
-/// Calls f(i) for every i below `count`, on all cores if they are many.
-template <class F>
-void in_parallel(std::size_t count, const F& f) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1 << 14), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
-    });
-}
 
 /// The parts of a scene, put together and rounded.
 class Assembler {

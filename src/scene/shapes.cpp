@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "scene/build.h"
+#include "scene/in_parallel.h"
 
 namespace irradia::loader {
 namespace {
@@ -56,14 +57,6 @@ Mesh rectangle_mesh() {
     mesh.normals.assign(4, glm::dvec3(0, 0, 1));
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     return mesh;
-}
-
-/// Calls f(i) for every i below `count`; small meshes, of which scenes have many, are not worth a task.
-template <class F>
-void in_parallel(std::size_t count, const F& f) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1 << 14), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
-    });
 }
 
 /// Moves a mesh to world space, drops degenerate triangles, decides which way its faces look.
