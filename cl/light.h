@@ -110,9 +110,9 @@ IR_FN void light_coordinates(const SceneData* s, const Light* l, real3 point, fl
     const real3 d = point - make_real3(q.px, q.py, q.pz);
     if (q.kind == IR_ANALYTIC_SPHERE) {
         sphere_uv(&q, normalize(d), u, v);
-    } else if (q.kind == IR_ANALYTIC_CYLINDER) {  // Mitsuba's: u = azimuth / 2 pi, v = height, 1 at the other end
-        *u = turns_of(dot(d, make_real3(q.ux, q.uy, q.uz)), dot(d, make_real3(q.vx, q.vy, q.vz)));
-        *v = dot(d, make_real3(q.nx, q.ny, q.nz)) / q.length;
+    } else if (q.kind == IR_ANALYTIC_CYLINDER) {
+        real3 normal;
+        cylinder_surface(&q, &point, &normal, u, v);
     } else {
         disk_uv(&q, point, u, v);
     }
