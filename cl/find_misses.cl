@@ -1,17 +1,28 @@
 // Stage 1 of an iteration: one pixel of every 16x16 block looks its surface up in the cache; where the records do not
-// suffice it writes the point that wants one. The host gathers the marked points into the record stack, in block order.
+// suffice it writes the point that wants one; likewise, with radiance caching (-D IR_LOBES=1), for its glossy part. The host
+// gathers the marked points into the record stacks, in block order.
 #include "camera.h"
 #include "cache.h"
 #include "path.h"
 #include "shading_point.h"
+#if IR_LOBES
+#include "radiance.h"
+#define IR_LOBE_ARGS IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint *lobe_points,
+#else
+#define IR_LOBE_ARGS
+#endif
 
-IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL ShadingPoint* points, uint x_in_block,
+IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL ShadingPoint* points, uint x_in_block,
                            uint y_in_block, uint blocks_x, uint block_count) {
     const uint block = IR_GLOBAL_ID;
     if (block >= block_count) return;
     IR_SCENE_INIT(s);
     IR_CACHE_INIT(cache);
     points[block].state = IR_POINT_NONE;
+#if IR_LOBES
+    IR_RADIANCE_INIT(radiance);
+    lobe_points[block].state = IR_POINT_NONE;
+#endif
     const uint x = (block % blocks_x) * 16u + x_in_block, y = (block / blocks_x) * 16u + y_in_block;
     if (x >= info->width || y >= info->height) return;
     const CameraRay ray = camera_ray_at(info, (float)x + 0.5f, (float)y + 0.5f);
@@ -34,6 +45,10 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL ShadingPoint*
     direction = -path.surface.view;
 #endif
     const Surface* f = &path.surface;
+#if IR_LOBES
+    if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f))
+        lobe_points[block] = make_lobe_point(info, f, direction, depth, pixel);
+#endif
     if (!is_diffuse(f) || cache_covers(&cache, f->p, f->ns, coat_of(f))) return;
     points[block] = make_shading_point(info, f, direction, depth, pixel);
 }

@@ -54,12 +54,17 @@ IR_FN void cell_moments(HemisphereSums* sums, uint k, uint n, real weight_j, Hem
     if (own.direction.z >= min_cosine) sums->min_distance = min(sums->min_distance, r);
 }
 
+// Flux of an edge between corners w0, w1 that is not one of two misses (edge.centre > 0), local frame.
+IR_FN EdgeFlux cell_edge_flux(real3 w0, real3 w1, CellEdge edge) {
+    const real inverse_scale = max(edge.inverse0, edge.inverse1);
+    return edge_flux_scaled(w0 * (inverse_scale / edge.inverse0), w1 * (inverse_scale / edge.inverse1),
+                            make_real3(R(0.0), R(0.0), R(1.0)), inverse_scale);
+}
+
 // Adds one edge with step dL between corners w0, w1, B on the side of w0 x w1.
 IR_FN void add_edge(HemisphereSums* sums, real3 w0, real3 w1, CellEdge edge, real3 dL) {
     if (!(edge.centre > R(0.0))) return;  // two misses
-    const real inverse_scale = max(edge.inverse0, edge.inverse1);
-    const EdgeFlux f = edge_flux_scaled(w0 * (inverse_scale / edge.inverse0), w1 * (inverse_scale / edge.inverse1),
-                                        make_real3(R(0.0), R(0.0), R(1.0)), inverse_scale);
+    const EdgeFlux f = cell_edge_flux(w0, w1, edge);
     const real dY = luminance(dL);
     sums->gx += dL * f.g.x;
     sums->gy += dL * f.g.y;
@@ -69,29 +74,40 @@ IR_FN void add_edge(HemisphereSums* sums, real3 w0, real3 w1, CellEdge edge, rea
     sums->hyy += dY * f.c.y * f.v.y;
 }
 
+// Corners of cell (j, k), unit, local frame: its edge to azimuth k-1 runs from `inner` to `outer`, its edge to ring j-1
+// from `next` to `inner`.
+typedef struct CellCorners {
+    real3 inner, outer, next;
+} CellCorners;
+
+IR_FN CellCorners cell_corners(uint j, uint k, uint m, uint n) {
+    const real s0 = ring_sin(j, m), z0 = ring_cos(j, m), s1 = ring_sin(j + 1, m), z1 = ring_cos(j + 1, m);
+    real sin0, cos0, sin1, cos1;  // of phi_k- and phi_k+
+    sincos_turns((real)k / (real)n, &sin0, &cos0);
+    sincos_turns((real)(k + 1) / (real)n, &sin1, &cos1);
+    CellCorners c;
+    c.inner = make_real3(s0 * cos0, s0 * sin0, z0);
+    c.outer = make_real3(s1 * cos0, s1 * sin0, z1);
+    c.next = make_real3(s0 * cos1, s0 * sin1, z0);
+    return c;
+}
+
 // The two edges that cell (j, k) owns, to ring j-1 and to azimuth k-1 (modulo n), by the crease rule and the flux form.
 // `ring` is the sample of (j-1, k) and is not looked at for j = 0; `azimuth` that of (j, k-1).
 IR_FN void cell_edges(HemisphereSums* sums, uint j, uint k, uint m, uint n, HemisphereSample own, HemisphereSample ring,
                       HemisphereSample azimuth) {
-    const real s0 = ring_sin(j, m), z0 = ring_cos(j, m), s1 = ring_sin(j + 1, m), z1 = ring_cos(j + 1, m);
-    real sin0, cos0;  // of phi_k-
-    sincos_turns((real)k / (real)n, &sin0, &cos0);
-    const real3 inner = make_real3(s0 * cos0, s0 * sin0, z0);
-    const real3 outer = make_real3(s1 * cos0, s1 * sin0, z1);
+    const CellCorners c = cell_corners(j, k, m, n);
     // inner x outer points along +v_k-, from cell k-1 to cell k
-    add_edge(sums, inner, outer,
+    add_edge(sums, c.inner, c.outer,
              crease_edge(azimuth.direction, azimuth.distance, azimuth.normal, own.direction, own.distance, own.normal,
-                         inner, outer),
+                         c.inner, c.outer),
              own.radiance - azimuth.radiance);
     if (j == 0) return;
-    real sin1, cos1;  // of phi_k+
-    sincos_turns((real)(k + 1) / (real)n, &sin1, &cos1);
-    const real3 next = make_real3(s0 * cos1, s0 * sin1, z0);
     // next x inner points away from the pole, from ring j-1 to ring j
-    add_edge(
-        sums, next, inner,
-        crease_edge(ring.direction, ring.distance, ring.normal, own.direction, own.distance, own.normal, next, inner),
-        own.radiance - ring.radiance);
+    add_edge(sums, c.next, c.inner,
+             crease_edge(ring.direction, ring.distance, ring.normal, own.direction, own.distance, own.normal, c.next,
+                         c.inner),
+             own.radiance - ring.radiance);
 }
 
 // The same two edges by Ward and Heckbert (gradient only, tangential): needs no normals. ratio: the mean of the inverse

@@ -5,11 +5,15 @@
 //   2. After a barrier every work-item sums its cells and the two edges each cell owns; the group adds the sums up.
 //   3. One work-item makes the record.
 // Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT, IR_GRID,
-// IR_DIRECT_MIS, IR_GLOBAL_CELLS (the cells of a group lie in global memory: local memory is too small for them).
+// IR_DIRECT_MIS, IR_GLOBAL_CELLS (the cells of a group lie in global memory: local memory is too small for them),
+// IR_RADIANCE (the cells are kept, as samples of a radiance record).
 #include "film.h"
 #include "indirect.h"
 #include "make_record.h"
 #include "shading_point.h"
+#if IR_RADIANCE
+#include "irradia/shared/radiance_types.h"
+#endif
 
 #define IR_CELLS (IR_M * IR_N)
 #if IR_TILE == 16 && IR_M % 4 == 0 && IR_N % 4 == 0
@@ -224,12 +228,49 @@ IR_INLINE_FN HemisphereSums sum_cells(const IR_CELL_SPACE float* cells, uint fir
     return sums;
 }
 
+#if IR_RADIANCE
+// Far enough, in diagonals of the scene, that a direction without a surface looks the same from everywhere.
+#define IR_FAR 1e4f
+
+// The cells of one work-item as samples of a radiance record: what re-projection (theory 7) needs of them, in world
+// space and with all that does not depend on the query taken together. Entries beyond the last cell are cleared.
+IR_INLINE_FN void keep_samples(const IR_CELL_SPACE float* cells, uint first, const ShadingPoint* q, float diagonal,
+                               uint stride, IR_GLOBAL float* samples) {
+    const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
+    const real3 g = make_real3(q->gx, q->gy, q->gz);
+    const real3 start = make_real3(q->step_x, q->step_y, q->step_z) + g * q->offset;
+    for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
+        const HemisphereSample c = load_cell(cells, cell);
+        const bool miss = c.distance >= IR_INFINITY;
+        const float r = miss ? IR_FAR * diagonal : c.distance;
+        const real3 w = to_world(frame, c.direction), p = start + w * r;
+        const real3 n = miss ? -w : to_world(frame, c.normal);
+        samples[cell] = p.x;
+        samples[stride + cell] = p.y;
+        samples[2u * stride + cell] = p.z;
+        samples[3u * stride + cell] = n.x;
+        samples[4u * stride + cell] = n.y;
+        samples[5u * stride + cell] = n.z;
+        samples[6u * stride + cell] = r * r / (max(fabs(dot(n, w)), 1e-4f) * max(c.direction.z, 1e-3f));
+        samples[7u * stride + cell] = c.radiance.x;
+        samples[8u * stride + cell] = c.radiance.y;
+        samples[9u * stride + cell] = c.radiance.z;
+    }
+    for (uint cell = IR_CELLS + first; cell < stride; cell += IR_GROUP)
+        for (uint k = 0; k < IR_SAMPLE_FLOATS; ++k) samples[k * stride + cell] = k == 2u ? 1.0f : 0.0f;
+}
+#define IR_RADIANCE_SAMPLES IR_GLOBAL float *samples, uint stride, uint first_kept,
+#else
+#define IR_RADIANCE_SAMPLES
+#endif
+
 IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack,
                                   IR_GLOBAL const float* ring_weights, IR_GLOBAL RecordKey* record_keys,
                                   IR_GLOBAL RecordValue* record_values, IR_GLOBAL uint* ray_counts,
                                   IR_GLOBAL const GridCell* grid_cells, GridParameters grid,
-                                  RecordParameters parameters, IR_GLOBAL float* global_cells, uint first,
-                                  uint first_record, uint salt, uint edges, uint seed) {
+                                  RecordParameters parameters, IR_GLOBAL float* global_cells,
+                                  IR_RADIANCE_SAMPLES uint first, uint first_record, uint salt, uint edges,
+                                  uint seed) {
     IR_LOCAL_ARRAY(float, scratch, IR_SCRATCH);
     IR_LOCAL_ARRAY(float, partial, IR_GROUP);
     const uint item = IR_LOCAL_ID;
@@ -250,6 +291,10 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
     if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);
     IR_CELL_BARRIER();
+#if IR_RADIANCE
+    keep_samples(IR_GROUP_CELLS, item, &q, info->diagonal, stride,
+                 samples + (size_t)(record - first_kept) * (IR_SAMPLE_FLOATS * stride));
+#endif
     const float limit = brightness_limit(IR_GROUP_CELLS, item, parameters.firefly, partial);
     const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, limit, parameters, ring_weights);
     IR_BARRIER();  // everyone has read the cells: their memory now holds the sums

@@ -1,6 +1,7 @@
 // A tile of a pixel's samples: camera rays as one packet, direct light by next-event estimation on scrambled Sobol
 // points (dimensions 0, 1: film; 2, 3: light), so that a pixel's samples are stratified over its area and the light's.
-// Mirrors and glass are followed; glossy parts are path traced; what is left is diffuse and wants irradiance.
+// Mirrors and glass are followed; what is left is diffuse and wants irradiance, or glossy. Glossy parts are path traced or,
+// with radiance caching (-D IR_LOBES=1), wait for radiance where records are to answer them.
 #ifndef IR_SHADE_H
 #define IR_SHADE_H
 #include "camera_tile.h"
@@ -8,6 +9,13 @@
 #include "indirect.h"
 #include "shading_point.h"
 #include "sobol.h"
+#if IR_LOBES
+#include "traced_lobe.h"
+#else
+typedef struct Caches {
+    uint none;
+} Caches;
+#endif
 
 // What remains to be done for a sample: a surface that waits for irradiance.
 typedef struct TileSample {
@@ -16,6 +24,9 @@ typedef struct TileSample {
     real3 direction;  // of the ray that found the surface
     float depth;      // of its image, along the view axis
     bool behind;      // mirrors or glass are in between
+#if IR_LOBES
+    real3 throughput;  // factor of what its lobe reflects, if records are to answer that; 0: nothing to look up
+#endif
 } TileSample;
 
 IR_FN bool wants_lookup(const TileSample* t) { return !is_zero(t->weight); }
@@ -63,7 +74,7 @@ IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState*
 
 // Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
 // surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
-IR_FN void shade_tile(const SceneData* s, const Grid* grid, uint pixel, uint first, uint count, uint edges, uint seed,
+IR_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches, uint pixel, uint first, uint count, uint edges, uint seed,
                       PixelSum* sum, TileSample* samples, RayCount* rays) {
     CameraTile tile;
     float light_u[IR_TILE], light_v[IR_TILE];
@@ -73,6 +84,9 @@ IR_FN void shade_tile(const SceneData* s, const Grid* grid, uint pixel, uint fir
     for (uint i = 0; i < count; ++i) {
         TileSample* t = &samples[i];
         t->weight = black();
+#if IR_LOBES
+        t->throughput = black();
+#endif
         t->direction = tile_direction(&tile, i);
         t->behind = false;
         Rng rng = rng_make(seed ^ 0x73686164u, pixel, first + i);
@@ -88,6 +102,9 @@ IR_FN void shade_tile(const SceneData* s, const Grid* grid, uint pixel, uint fir
         if (used[lit] == edges) continue;
         t->surface = path.surface;
         t->weight = path.throughput * path.surface.albedo;
+#if IR_LOBES
+        if (caches_lobe(caches->radiance, &path.surface)) t->throughput = path.throughput;
+#endif
         paths[lit] = path;
         light_u[lit] = light_u[i];
         light_v[lit] = light_v[i];
@@ -99,7 +116,12 @@ IR_FN void shade_tile(const SceneData* s, const Grid* grid, uint pixel, uint fir
         sum->direct += direct[i];
         if (!((on >> i) & 1u)) continue;
         Rng rng = rng_make(seed ^ 0x676c6f73u, pixel, indices[i]);
+#if IR_LOBES
+        if (!is_zero(samples[indices[i] - first].throughput)) continue;
+        sum->indirect += lobe_radiance(s, grid, caches, paths[i], edges_left(edges, used[i] + 1u), &rng, rays);
+#else
         sum->indirect += path_radiance(s, grid, paths[i], edges_left(edges, used[i] + 1u), true, &rng, rays);
+#endif
     }
 }
 #endif

@@ -7,6 +7,9 @@
 // `requests` is 0.
 #include "cache.h"
 #include "shade.h"
+#if IR_LOBES
+#include "lobe_patch.h"
+#endif
 
 // A patch: the samples of a tile that share a look-up.
 typedef struct Patch {
@@ -63,7 +66,13 @@ IR_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Grid* gr
     return indirect;
 }
 
-IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const GridCell* grid_cells,
+#if IR_LOBES
+#define IR_LOBE_ARGS IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint *lobe_points,
+#else
+#define IR_LOBE_ARGS
+#endif
+
+IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL const GridCell* grid_cells,
                             GridParameters grid_parameters, IR_GLOBAL const uint* pixels, IR_GLOBAL float* film,
                             IR_GLOBAL ShadingPoint* points, IR_GLOBAL uint* ray_counts, uint pixel_count,
                             uint first_sample, uint sample_count, uint edges, uint requests, uint seed) {
@@ -81,10 +90,21 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const GridCe
     rays.bounce = rays.shadow = 0u;
     points[slot].state = IR_POINT_NONE;
     bool missed = false;
+    Caches caches;
+#if IR_LOBES
+    IR_RADIANCE_INIT(radiance);
+    caches.irradiance = &cache;
+    caches.radiance = &radiance;
+    LobeMemo memo;
+    memo.count = 0u;
+    lobe_points[slot].state = IR_POINT_NONE;
+#else
+    caches.none = 0u;
+#endif
     for (uint i = 0; i < sample_count; i += IR_TILE) {
         TileSample samples[IR_TILE];
         const uint first = first_sample + i, count = min((uint)IR_TILE, sample_count - i);
-        shade_tile(&s, &grid, pixel, first, count, edges, seed, &sum, samples, &rays);
+        shade_tile(&s, &grid, &caches, pixel, first, count, edges, seed, &sum, samples, &rays);
         if (edges < 2u) continue;
         Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);
         uint uncovered;
@@ -94,6 +114,13 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const GridCe
             points[slot] = sample_point(&s, &samples[uncovered], pixel);
             missed = true;
         }
+#if IR_LOBES
+        sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests != 0u, edges_left(edges, 1u), &rng, &memo,
+                                   &uncovered, &rays);
+        if (uncovered < count && lobe_points[slot].state == IR_POINT_NONE)
+            lobe_points[slot] = make_lobe_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
+                                                samples[uncovered].depth, pixel);
+#endif
     }
     pixel_store(&sum, film, slot);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);

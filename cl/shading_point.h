@@ -51,4 +51,12 @@ IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Sur
     q.step_z = step.z;
     return q;
 }
+
+// The same for a radiance record: of all light that arrives, whatever a coat lets through.
+IR_FN ShadingPoint make_lobe_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float depth,
+                                   uint pixel) {
+    ShadingPoint q = make_shading_point(info, f, direction, depth, pixel);
+    q.state = IR_POINT_MISS;
+    return q;
+}
 #endif

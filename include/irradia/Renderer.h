@@ -14,17 +14,26 @@ namespace irradia {
 
 enum class Method {
     irradiance,  ///< irradiance caching: hemispheres at few points, interpolation elsewhere (known, chosen error)
+    radiance,    ///< irradiance caching, and radiance caching for what rough glossy surfaces reflect
     gather,      ///< a hemisphere at every pixel sample, no cache: what the cache's time is compared with
     path         ///< the etalon: unbiased path tracing with next-event estimation and MIS
 };
 enum class GradientRule { none, ward, crease };        ///< theory 3.2, 3.3
 enum class RadiusRule { harmonic, minimum, hessian };  ///< (1.14), (1.15), theory 6
 enum class WeightRule { ward, tabellion, cubic };      ///< (1.8), (1.11)-(1.13), a bell: IR_WEIGHT_* in this order
+enum class GlossyRule {
+    automatic,  ///< by roughness: traced, from samples, from harmonics
+    samples,    ///< radiance records keep their hemisphere's samples (theory 7)
+    harmonics,  ///< radiance records keep coefficients in hemispherical harmonics
+    traced      ///< no radiance records: rays follow the lobe and end in the irradiance cache
+};
 enum class DirectMis {
     automatic,  ///< on, unless the scene's only light is one that can be sampled in solid angle
     on,         ///< direct light by light and BSDF samples, weighed against each other
     off         ///< light samples alone
 };
+
+constexpr int largest_harmonics_order = 12;  ///< IR_HARMONICS_MAX of cl/harmonics.h
 
 /// What is asked of a render. Defaults are stated here and nowhere else.
 struct RenderSettings {
@@ -44,14 +53,22 @@ struct RenderSettings {
     bool reach_limit = true;                      ///< no record reaches past the nearest surface that it sees: no
                                                   ///< leaks through thin walls, more records in corners
     DirectMis direct_mis = DirectMis::automatic;  ///< where direct light and a look-up meet; path always uses both
-    bool share_lookups = true;      ///< one look-up for the samples of a pixel that lie on one smooth patch
-    float firefly = 100;            ///< gradients take a direction as at most this many times the mean of its
-                                    ///< hemisphere (theory 4.6), E does not; 0 = as it is
-    float overlap = 1.75f;          ///< supports reach this much farther than the spacing at which records are placed:
-                                    ///< more records are averaged, at no more records
-    bool grid = true;               ///< irradiance: hemisphere rays end in the irradiance grid (cl/irradiance_grid.h);
-                                    ///< false: they go on as paths, unbiased and slower
-    int grid_paths = 1 << 18;       ///< paths that fill the grid
+    bool share_lookups = true;  ///< one look-up for the samples of a pixel that lie on one smooth patch
+    float firefly = 100;        ///< gradients take a direction as at most this many times the mean of its
+                                ///< hemisphere (theory 4.6), E does not; 0 = as it is
+    float overlap = 1.75f;      ///< supports reach this much farther than the spacing at which records are placed:
+                                ///< more records are averaged, at no more records
+    bool grid = true;           ///< irradiance: hemisphere rays end in the irradiance grid (cl/irradiance_grid.h);
+                                ///< false: they go on as paths, unbiased and slower
+    int grid_paths = 1 << 18;   ///< paths that fill the grid
+    GlossyRule glossy = GlossyRule::automatic;  ///< radiance: how lobes of rough surfaces are answered
+    float trace_below = 0.1f;                   ///< lobes of less roughness are traced, [0, 1]
+    float harmonics_from = 2.0f;    ///< automatic: lobes of at least this roughness are answered by harmonics
+    int harmonics_order = 5;        ///< bands of the harmonics, 1 to 12: order² coefficients a channel
+    int lobe_table = 64;            ///< entries over the view's cosine of each lobe's table, 4 to 1024
+    float glossy_accuracy = 0.2f;   ///< radiance records reach this much of the harmonic mean distance
+    float glossy_reach = 0.3f;      ///< lobes of at least this roughness use records to their full support
+    float glossy_spread = 0.1f;     ///< records that disagree by more than this want another between them; 0 = off
     float min_spacing = 1.5f;       ///< least support of a record, pixels
     float max_spacing = 30.0f;      ///< largest support of a record, pixels
     bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
@@ -75,6 +92,8 @@ struct RenderStatistics {
     std::map<std::string, std::uint64_t> rays;  ///< "camera", "hemisphere", "bounce", "shadow"
     std::map<std::string, double> phases;       ///< wall seconds by phase: upload, records, fill, shade, ...
     std::uint64_t records = 0, octree_nodes = 0, octree_entries = 0, octree_depth = 0, octree_growths = 0;
+    std::uint64_t radiance_records = 0;       ///< beside `records`; each takes radiance_record_bytes
+    std::uint64_t radiance_record_bytes = 0;  ///< key, value, samples and harmonics
     std::uint64_t iterations = 0;
     int spp = 0;
     double seconds = 0;  ///< wall time of render()

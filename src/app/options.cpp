@@ -14,8 +14,10 @@
 namespace irradia::app {
 
 const Names<Method>& method_names() {
-    static const Names<Method> names = {
-        {Method::irradiance, "irradiance"}, {Method::gather, "gather"}, {Method::path, "path"}};
+    static const Names<Method> names = {{Method::irradiance, "irradiance"},
+                                        {Method::radiance, "radiance"},
+                                        {Method::gather, "gather"},
+                                        {Method::path, "path"}};
     return names;
 }
 const Names<GradientRule>& gradient_names() {
@@ -31,6 +33,13 @@ const Names<RadiusRule>& radius_names() {
 const Names<WeightRule>& weight_names() {
     static const Names<WeightRule> names = {
         {WeightRule::ward, "ward"}, {WeightRule::tabellion, "tabellion"}, {WeightRule::cubic, "cubic"}};
+    return names;
+}
+const Names<GlossyRule>& glossy_names() {
+    static const Names<GlossyRule> names = {{GlossyRule::automatic, "auto"},
+                                            {GlossyRule::samples, "samples"},
+                                            {GlossyRule::harmonics, "harmonics"},
+                                            {GlossyRule::traced, "traced"}};
     return names;
 }
 const Names<DirectMis>& direct_mis_names() {
@@ -180,9 +189,11 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
 void declare_rendering(CLI::App& app, Options& o) {
     RenderSettings& s = o.settings;
     Group picture(app, "Picture");
-    picture.choice("--method", s.method, method_names(),
-                   "irradiance: irradiance caching, indirect light computed at few points and interpolated; gather: a "
-                   "hemisphere at every sample, no cache; path: unbiased path tracing, the judge of both");
+    picture.choice(
+        "--method", s.method, method_names(),
+        "irradiance: irradiance caching, indirect light computed at few points and interpolated; radiance: the "
+        "same also for what rough glossy surfaces reflect; gather: a hemisphere at every sample, no cache; "
+        "path: unbiased path tracing, the judge of all");
     picture.value("--spp", s.spp, "N", "Samples a pixel [the scene's]; noise falls as 1/sqrt(N)")
         ->check(CLI::Range(1, 1 << 30));
     picture
@@ -263,6 +274,44 @@ void declare_rendering(CLI::App& app, Options& o) {
               "Look into the cache for every sample, not once for the samples of a pixel on one smooth patch");
 }
 
+void declare_radiance(CLI::App& app, RenderSettings& s) {
+    Group cache(app, "Radiance caching (--method radiance)");
+    cache.choice("--glossy", s.glossy, glossy_names(),
+                 "What answers for the lobes of rough conductors and rough plastics: records of hemispheres' samples, "
+                 "records of hemispherical harmonics, or rays that follow the lobe and end in the irradiance cache; "
+                 "auto: by roughness");
+    const auto roughness = number("from 0 to 1", [](double x) { return x >= 0 && x <= 1; });
+    cache.value("--trace-below", s.trace_below, "ALPHA", "Lobes of less roughness are traced")
+        ->check(roughness)
+        ->default_str(text(s.trace_below));
+    cache
+        .value("--harmonics-from", s.harmonics_from, "ALPHA",
+               "auto: lobes of at least this roughness are answered by harmonics; above 1: none")
+        ->check(number("from 0 to 2", [](double x) { return x >= 0 && x <= 2; }))
+        ->default_str(text(s.harmonics_from));
+    cache.value("--order", s.harmonics_order, "N", "Bands of the harmonics: N^2 coefficients a channel")
+        ->check(CLI::Range(1, largest_harmonics_order))
+        ->default_str(std::to_string(s.harmonics_order));
+    cache.value("--lobe-table", s.lobe_table, "N", "Entries of each lobe's table over the cosine of the view")
+        ->check(CLI::Range(4, 1024))
+        ->default_str(std::to_string(s.lobe_table));
+    cache
+        .value("--glossy-accuracy", s.glossy_accuracy, "A",
+               "Reach of a radiance record over the mean distance of what it sees; records grow as 1/A^2")
+        ->check(number("above 0", [](double x) { return x > 0; }))
+        ->default_str(text(s.glossy_accuracy));
+    cache
+        .value("--glossy-reach", s.glossy_reach, "ALPHA",
+               "Lobes of less roughness use radiance records less far, by the root of the ratio")
+        ->check(roughness)
+        ->default_str(text(s.glossy_reach));
+    cache
+        .value("--glossy-spread", s.glossy_spread, "X",
+               "Radiance records whose answers differ by more than X of their mean get another between them; 0: never")
+        ->check(number("of at least 0", [](double x) { return x >= 0; }))
+        ->default_str(text(s.glossy_spread));
+}
+
 void declare_device(CLI::App& app, Options& o, std::string& traversal) {
     Group device(app, "Device");
     device.value("--device", o.device.select, "NAME|INDEX",
@@ -310,6 +359,7 @@ int parse_options(int argc, const char* const* argv, Options& o) {
     std::string traversal = "auto";
     declare_files(app, o, defines);
     declare_rendering(app, o);
+    declare_radiance(app, o.settings);
     declare_device(app, o, traversal);
     app.footer(kFooter);
     if (const int status = parse(app, argc, argv); status >= 0) return status;

@@ -31,6 +31,7 @@ const Names<Method>& method_names();
 const Names<GradientRule>& gradient_names();
 const Names<RadiusRule>& radius_names();
 const Names<WeightRule>& weight_names();
+const Names<GlossyRule>& glossy_names();
 const Names<DirectMis>& direct_mis_names();
 
 template <class E>

@@ -97,6 +97,8 @@ std::string done_text(const Options& o, const RenderResult& result) {
         << time_text(result.statistics.seconds);
     if (result.statistics.records > 0)
         out << ", " << count_text(static_cast<double>(result.statistics.records)) << " records";
+    if (result.statistics.radiance_records > 0)
+        out << ", " << count_text(static_cast<double>(result.statistics.radiance_records)) << " radiance records";
     return out.str();
 }
 

@@ -43,6 +43,14 @@ Json settings_json(const Options& o, int spp) {
             {"overlap", plain(s.overlap)},
             {"min_spacing", plain(s.min_spacing)},
             {"max_spacing", plain(s.max_spacing)},
+            {"glossy", name_of(glossy_names(), s.glossy)},
+            {"trace_below", plain(s.trace_below)},
+            {"harmonics_from", plain(s.harmonics_from)},
+            {"harmonics_order", s.harmonics_order},
+            {"lobe_table", s.lobe_table},
+            {"glossy_accuracy", plain(s.glossy_accuracy)},
+            {"glossy_reach", plain(s.glossy_reach)},
+            {"glossy_spread", plain(s.glossy_spread)},
             {"gradients", name_of(gradient_names(), s.gradients)},
             {"radius", name_of(radius_names(), s.radius)},
             {"weight", name_of(weight_names(), s.weight)},
@@ -121,6 +129,7 @@ std::string stats_json(const Run& r) {
                     {"stages", stages},
                     {"rays", rays},
                     {"records", s.records},
+                    {"radiance_records", {{"count", s.radiance_records}, {"bytes_each", s.radiance_record_bytes}}},
                     {"octree",
                      {{"nodes", s.octree_nodes},
                       {"entries", s.octree_entries},
@@ -150,6 +159,7 @@ std::map<std::string, std::string> picture_metadata(const Run& r) {
     add("driver", r.device.driver);
     add("traversal", r.cpu_traversal ? "cpu" : "gpu");
     add("records", r.statistics.records);
+    add("radiance_records", r.statistics.radiance_records);
     add("rays", total_rays(r.statistics));
     add("render_seconds", number(r.statistics.seconds));
     for (const auto& [phase, seconds] : r.statistics.phases) add(phase + "_seconds", number(seconds));
@@ -171,10 +181,13 @@ std::string stats_table(const Run& r) {
                        (time.launches == 1 ? " launch" : " launches"));
     out << "rays\n";
     for (const auto& [kind, count] : s.rays) line(kind, count_text(static_cast<double>(count)));
-    if (s.records > 0) {
+    if (s.records + s.radiance_records > 0) {
         out << "cache\n";
         line("records", count_text(static_cast<double>(s.records)) + " in " +
                             count_text(static_cast<double>(s.iterations)) + " iterations");
+        if (s.radiance_records > 0)
+            line("radiance records", count_text(static_cast<double>(s.radiance_records)) + " of " +
+                                         count_text(static_cast<double>(s.radiance_record_bytes)) + " bytes");
         line("octree", count_text(static_cast<double>(s.octree_nodes)) + " nodes, depth " +
                            std::to_string(s.octree_depth) + ", grown " + std::to_string(s.octree_growths) + " times");
     }

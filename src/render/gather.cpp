@@ -11,7 +11,7 @@ constexpr std::size_t pixels_a_launch = 1024;
 }
 
 void render_gather(Run& run, Film& film) {
-    HemisphereSampler hemispheres(run, false);
+    HemisphereSampler hemispheres(run, Hemispheres::irradiance);
     const IrradianceGrid no_grid(run);
     const std::size_t chunk = std::min(film.pixels(), pixels_a_launch);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));

@@ -26,7 +26,7 @@ float neighbour_clamp_slope(const RenderSettings& settings) {
     return settings.overlap * (settings.radius == RadiusRule::hessian ? 1.0f : settings.accuracy);
 }
 
-HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) {
+HemisphereSampler::HemisphereSampler(Run& run, Hemispheres purpose) : run_(run) {
     const RenderSettings& settings = run.settings;
     const auto m = static_cast<std::size_t>(settings.hemisphere_m), n = static_cast<std::size_t>(settings.hemisphere_n);
     if (settings.hemisphere_m < 1 || settings.hemisphere_n < 3)
@@ -40,8 +40,10 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
     // GPUs have 48 KiB of local memory: 1365 directions.
     global_cells_ = std::max(cell_bytes_, sizeof(float) * floats_a_sum * group) > run.device.description().local_memory;
     cells_ = run.device.allocate(global_cells_ ? std::max(cell_bytes_, cells_memory) : 0);
-    const int gradient = with_gradients ? static_cast<int>(settings.gradients) : 0;
-    const int radius = with_gradients ? static_cast<int>(settings.radius) : 0;
+    const bool radiance = purpose == Hemispheres::radiance_records;
+    const int gradient = purpose == Hemispheres::irradiance ? 0 : static_cast<int>(settings.gradients);
+    // How far radiance may be carried follows from how far what it shows is away, not from how irradiance changes.
+    const int radius = purpose == Hemispheres::irradiance_records ? static_cast<int>(settings.radius) : 0;
     defines_ = {{"IR_M", std::to_string(m)},
                 {"IR_N", std::to_string(n)},
                 {"IR_GROUP", std::to_string(group)},
@@ -49,8 +51,9 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
                 {"IR_RADIUS", std::to_string(radius)},
                 {"IR_GLOBAL_CELLS", global_cells_ ? "1" : "0"},
                 {"IR_DIRECT_MIS", run.direct_mis() ? "1" : "0"},
-                {"IR_GRADIENT_LIMIT", settings.gradient_limit && gradient != 0 ? "1" : "0"}};
-    const float a = settings.accuracy, diagonal = run.scene.info.diagonal;
+                {"IR_GRADIENT_LIMIT", settings.gradient_limit && gradient != 0 && !radiance ? "1" : "0"},
+                {"IR_RADIANCE", radiance ? "1" : "0"}};
+    const float a = radiance ? settings.glossy_accuracy : settings.accuracy, diagonal = run.scene.info.diagonal;
     parameters_.accuracy = a;
     parameters_.tau = unit_tau * 0.78539816f * a * a * a * a;
     parameters_.min_spacing = settings.min_spacing;
@@ -69,18 +72,17 @@ HemisphereSampler::HemisphereSampler(Run& run, bool with_gradients) : run_(run) 
 }
 
 void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,
-                               const Buffer& keys, const Buffer& values, std::uint32_t first_record,
-                               std::uint32_t salt) {
+                               const Buffer& keys, const Buffer& values, std::uint32_t first_record, std::uint32_t salt,
+                               const KeptSamples* kept) {
     std::map<std::string, std::string> defines = grid.defines();
     defines.insert(defines_.begin(), defines_.end());
     const std::size_t batch = global_cells_ ? cells_.bytes() / cell_bytes_ : std::max<std::size_t>(count, 1);
     for (std::size_t first = 0; first < count; first += batch) {
         Kernel kernel = run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines);
         kernel.arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters());
-        grid.bind(kernel)
-            .arg(parameters_)
-            .arg(cells_)
-            .arg(static_cast<std::uint32_t>(first))
+        grid.bind(kernel).arg(parameters_).arg(cells_);
+        if (kept != nullptr) kernel.arg(*kept->samples).arg(kept->stride).arg(kept->first);
+        kernel.arg(static_cast<std::uint32_t>(first))
             .arg(first_record)
             .arg(salt)
             .arg(run_.edges_beyond_hemisphere())

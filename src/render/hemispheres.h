@@ -9,15 +9,28 @@
 
 namespace irradia {
 
+/// What hemispheres are sampled for.
+enum class Hemispheres {
+    irradiance,          ///< irradiance alone (plain gathering)
+    irradiance_records,  ///< with gradients and a radius
+    radiance_records     ///< their samples are kept too
+};
+
+/// Where the samples of radiance records go: those of record `first` come first.
+struct KeptSamples {
+    const Buffer* samples;
+    std::uint32_t stride, first;
+};
+
 class HemisphereSampler {
 public:
-    /// `with_gradients` false: irradiance alone (plain gathering).
-    HemisphereSampler(Run& run, bool with_gradients);
+    HemisphereSampler(Run& run, Hemispheres purpose);
 
     /// Samples points[stack[i]], i < count, into keys/values[first_record + i]. Random numbers are a function of the
-    /// point's pixel and `salt`.
+    /// point's pixel and `salt`. `kept`: for radiance records.
     void sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,
-                const Buffer& keys, const Buffer& values, std::uint32_t first_record, std::uint32_t salt);
+                const Buffer& keys, const Buffer& values, std::uint32_t first_record, std::uint32_t salt,
+                const KeptSamples* kept = nullptr);
 
 private:
     Run& run_;

@@ -9,7 +9,7 @@ namespace irradia {
 
 void render_path(Run& run, Film& film);
 void render_gather(Run& run, Film& film);
-/// Returns the pixel of every record.
-std::vector<std::uint32_t> render_irradiance(Run& run, Film& film);
+/// Irradiance and radiance caching. Returns the pixel of every record.
+std::vector<std::uint32_t> render_caching(Run& run, Film& film);
 
 }  // namespace irradia

@@ -18,6 +18,21 @@ void check(const Scene& scene, const RenderSettings& s) {
     if (!(s.firefly >= 0))
         fail("firefly limit " + std::to_string(s.firefly) + ": expected 0 (off) or a positive number");
     if (!(s.overlap >= 1)) fail("overlap " + std::to_string(s.overlap) + ": expected at least 1");
+    const auto in = [&](const char* what, float x, float lo, float hi) {
+        if (!(x >= lo && x <= hi))
+            fail(std::string(what) + " " + std::to_string(x) + ": expected " + std::to_string(lo) + " to " +
+                 std::to_string(hi));
+    };
+    in("roughness below which lobes are traced", s.trace_below, 0, 1);
+    in("roughness from which harmonics answer", s.harmonics_from, 0, 2);
+    in("roughness from which records reach in full", s.glossy_reach, 0, 1);
+    in("order of harmonics", static_cast<float>(s.harmonics_order), 1, largest_harmonics_order);
+    in("entries of a lobe's table", static_cast<float>(s.lobe_table), 4, 1024);
+    if (!(s.glossy_accuracy > 0) || !std::isfinite(s.glossy_accuracy))
+        fail("accuracy " + std::to_string(s.glossy_accuracy) + " of radiance records: expected a positive number");
+    if (!(s.glossy_spread >= 0))
+        fail("spread " + std::to_string(s.glossy_spread) +
+             " of radiance records: expected 0 (off) or a positive number");
     if (s.spp < 0) fail("spp " + std::to_string(s.spp) + ": expected 0 (the scene's) or a positive number");
     for (const std::string& a : s.aovs)
         if (std::find(aov_names().begin(), aov_names().end(), a) == aov_names().end()) {
@@ -55,7 +70,8 @@ RenderResult render(const Scene& scene, Device& device, const RenderSettings& se
             render_gather(run, film);
             break;
         case Method::irradiance:
-            record_pixels = render_irradiance(run, film);
+        case Method::radiance:
+            record_pixels = render_caching(run, film);
             break;
     }
     RenderResult result;

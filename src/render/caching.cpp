@@ -1,0 +1,284 @@
+// Irradiance and radiance caching. The image is cut into 16x16 blocks; iteration `it` handles one pixel of every block
+// at once:
+//   1. find_misses         a camera ray; at its diffuse hit look into the octree; without enough records the point goes
+//                          on the record stack;
+//   2. sample_hemispheres  one record for every point on the stack;
+//   3. insert_records      neighbour clamp, then into the octree, which the next iteration looks into.
+// Radiance caching does the same once more for the glossy parts of surfaces, with records of its own.
+// Before them the irradiance grid is filled, which answers the hemispheres' second bounce. After the 256 iterations
+// every pixel is shaded with all its samples. Where a sample finds no record, because clamping un-covered it or because
+// samples off the pixel's centre see surfaces of their own, one is made, and the pixel is shaded anew, until none is
+// missing. The host owns the stack, the octree's memory and the schedule; everything else happens in kernels.
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <string>
+#include <tuple>
+#include <unordered_set>
+
+#include "cache/RecordCache.h"
+#include "irradia/Error.h"
+#include "render/hemispheres.h"
+#include "render/iteration_order.h"
+#include "render/methods.h"
+#include "render/radiance_cache.h"
+
+namespace irradia {
+namespace {
+
+constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
+constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
+constexpr std::uint32_t record_rounds = 24;  // after so many, samples that still find no record are path traced
+constexpr double records_share = 0.5;        // of the progress bar
+
+/// `accuracy`: `a` of the records.
+CacheSettings cache_settings(const Run& run, float accuracy) {
+    const RenderSettings& s = run.settings;
+    const shared::SceneInfo& info = run.scene.info;
+    CacheSettings c;
+    c.lower = {info.min_x, info.min_y, info.min_z};
+    c.upper = {info.max_x, info.max_y, info.max_z};
+    // Angles as distances: the picture's weights reach `overlap` times farther than those records are placed by.
+    // (1.8): e_n counts in units of a. (1.11): in units of 1/kappa = 2a, times sqrt(1 - cos 10°) = .123257.
+    c.inverse_angle =
+        (s.weight == WeightRule::tabellion ? 1.0f / (2.0f * accuracy * 0.123257f) : 1.0f / accuracy) / s.overlap;
+    c.in_front_slope = s.in_front ? 0.05f : 0.0f;
+    c.weight = static_cast<std::uint32_t>(s.weight);
+    c.clamp_slope = neighbour_clamp_slope(s);
+    c.min_spacing = s.min_spacing * s.overlap;
+    c.placement_stretch = s.overlap;
+    return c;
+}
+
+CacheSettings radiance_settings(const Run& run) {
+    CacheSettings c = cache_settings(run, run.settings.glossy_accuracy);
+    // Their supports follow distances: R_i <= R_j + |p_i - p_j|, whatever the rule of irradiance records is.
+    if (c.clamp_slope > 0) c.clamp_slope = run.settings.overlap * run.settings.glossy_accuracy;
+    return c;
+}
+
+class Caching {
+public:
+    Caching(Run& run, Film& film)
+        : run_(run),
+          film_(film),
+          cache_(run.device, cache_settings(run, run.settings.accuracy)),
+          hemispheres_(run, Hemispheres::irradiance_records),
+          grid_(run),
+          chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
+        defines_ = cache_.defines();
+        defines_["IR_DIRECT_MIS"] = run.direct_mis() ? "1" : "0";
+        defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
+        if (run.settings.method != Method::radiance || !RadianceCache::useful(run.scene)) return;
+        radiance_.emplace(run, radiance_settings(run));
+        defines_["IR_LOBES"] = "1";
+        run.phase("lobes");
+    }
+
+    std::vector<std::uint32_t> render() {
+        if (run_.edges_beyond_camera() >= 2) {
+            grid_.fill();
+            run_.phase("grid");
+            place_records();
+            run_.phase("records");
+        }
+        shade();
+        run_.phase("shade");
+        RenderStatistics& s = run_.statistics;
+        s.records = cache_.size();
+        add_octree(s, cache_);
+        std::vector<std::uint32_t> pixels;
+        for (const shared::RecordValue& v : cache_.download_values()) pixels.push_back(v.pixel);
+        if (radiance_) {
+            const RecordCache& records = radiance_->records();
+            s.radiance_records = records.size();
+            s.radiance_record_bytes = radiance_->record_bytes();
+            add_octree(s, records);
+            for (const shared::RecordValue& v : records.download_values()) pixels.push_back(v.pixel);
+        }
+        return pixels;
+    }
+
+private:
+    static void add_octree(RenderStatistics& s, const RecordCache& cache) {
+        s.octree_nodes += cache.octree().nodes;
+        s.octree_entries += cache.octree().entries;
+        s.octree_depth = std::max(s.octree_depth, cache.octree().depth);
+        s.octree_growths += cache.octree().growths;
+    }
+
+    [[nodiscard]] std::uint64_t record_count() const {
+        return cache_.size() + (radiance_ ? radiance_->records().size() : 0);
+    }
+
+    // Stages 2 and 3 for points[indices]. `salt`: see HemisphereSampler.
+    void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
+        if (stack.empty()) return;
+        const Buffer indices = run_.device.upload(stack.indices);
+        const std::uint32_t first = cache_.reserve(stack.size());
+        hemispheres_.sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
+        cache_.insert(stack.size(), points, indices);
+    }
+
+    // The points of an array that want a record.
+    static RecordStack wanting(const std::vector<shared::ShadingPoint>& points) {
+        RecordStack stack;
+        for (std::uint32_t i = 0; i < points.size(); ++i)
+            if (points[i].state != IR_POINT_NONE) stack.indices.push_back(i);
+        return stack;
+    }
+
+    void place_records() {
+        const std::uint32_t blocks_x = (run_.scene.info.width + block_edge - 1) / block_edge;
+        const std::uint32_t blocks_y = (run_.scene.info.height + block_edge - 1) / block_edge;
+        const std::size_t blocks = static_cast<std::size_t>(blocks_x) * blocks_y;
+        Buffer points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
+        Buffer lobe_points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
+        std::vector<shared::ShadingPoint> host(blocks);
+        std::map<std::string, std::string> defines = cache_.defines();
+        if (radiance_) defines["IR_LOBES"] = "1";
+        for (std::uint32_t it = 0; it < iteration_count; ++it) {
+            const BlockPixel pixel = block_pixel(it);
+            Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", defines);
+            cache_.bind(kernel, true);
+            if (radiance_) radiance_->bind(kernel, true).arg(lobe_points);
+            kernel.arg(points)
+                .arg(pixel.x)
+                .arg(pixel.y)
+                .arg(blocks_x)
+                .arg(static_cast<std::uint32_t>(blocks))
+                .run(group_count(blocks, run_.device.pixel_group()), run_.device.pixel_group());
+            run_.device.read(points, host.data(), blocks * sizeof host[0]);
+            run_.statistics.rays["camera"] += blocks;
+            make_records(points, wanting(host), 0);
+            if (radiance_) {
+                run_.device.read(lobe_points, host.data(), blocks * sizeof host[0]);
+                radiance_->make(lobe_points, wanting(host), grid_, 0);
+            }
+            ++run_.statistics.iterations;
+            run_.report("records", records_share * (it + 1) / iteration_count, record_count());
+        }
+    }
+
+    // Pixels with a sample that no record reaches, and the first such place of each.
+    struct Missed {
+        std::vector<std::uint32_t> pixels;
+        std::vector<shared::ShadingPoint> points;
+    };
+
+    // Buffers of one launch of shade_pixels.
+    struct Launch {
+        Buffer film, points, lobe_points;
+        std::vector<float> sums;
+        std::vector<shared::ShadingPoint> host;
+    };
+
+    void add_missed(const Buffer& points, const std::vector<std::uint32_t>& part, Launch& launch, Missed& missed,
+                    std::vector<bool>& seen) {
+        run_.device.read(points, launch.host.data(), part.size() * sizeof launch.host[0]);
+        for (std::size_t i = 0; i < part.size(); ++i)
+            if (launch.host[i].state != IR_POINT_NONE && !seen[i]) {
+                seen[i] = true;
+                missed.pixels.push_back(part[i]);
+                missed.points.push_back(launch.host[i]);
+            }
+    }
+
+    // Adds all samples of `pixels` to the film; `missed` of irradiance, and of radiance.
+    void shade_pixels(const std::vector<std::uint32_t>& pixels, bool requests, Missed& missed, Missed& missed_lobes) {
+        Launch launch{run_.device.allocate(chunk_ * film_.channels() * sizeof(float)),
+                      run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
+                      run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
+                      std::vector<float>(chunk_ * film_.channels()), std::vector<shared::ShadingPoint>(chunk_)};
+        std::map<std::string, std::string> defines = grid_.defines();
+        defines.insert(defines_.begin(), defines_.end());
+        for (std::size_t first = 0; first < pixels.size(); first += chunk_) {
+            const std::vector<std::uint32_t> part(
+                pixels.begin() + static_cast<std::ptrdiff_t>(first),
+                pixels.begin() + static_cast<std::ptrdiff_t>(std::min(pixels.size(), first + chunk_)));
+            const Buffer list = run_.device.upload(part);
+            std::vector<bool> seen(part.size(), false), seen_lobes(part.size(), false);
+            for (std::uint32_t sample = 0; sample < run_.spp(); sample += samples_a_launch) {
+                const std::uint32_t samples = std::min(samples_a_launch, run_.spp() - sample);
+                Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
+                cache_.bind(kernel, false);
+                if (radiance_) radiance_->bind(kernel, false).arg(launch.lobe_points);
+                grid_.bind(kernel)
+                    .arg(list)
+                    .arg(launch.film)
+                    .arg(launch.points)
+                    .arg(run_.ray_counters())
+                    .arg(static_cast<std::uint32_t>(part.size()))
+                    .arg(sample)
+                    .arg(samples)
+                    .arg(run_.edges_beyond_camera())
+                    .arg(requests ? 1u : 0u)
+                    .arg(run_.seed())
+                    .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
+                run_.device.read(launch.film, launch.sums.data(), part.size() * film_.channels() * sizeof(float));
+                film_.add(launch.sums, part, samples);
+                add_missed(launch.points, part, launch, missed, seen);
+                if (radiance_) add_missed(launch.lobe_points, part, launch, missed_lobes, seen_lobes);
+                run_.collect_rays();
+                const double done =
+                    static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
+                run_.report("shade", records_share + (1 - records_share) * done / static_cast<double>(film_.pixels()),
+                            record_count());
+            }
+        }
+    }
+
+    // Of the pixels of a 4x4 tile that miss a record one gets it a round, since that often covers the others; every
+    // round makes progress, so it ends.
+    using Made = std::set<std::tuple<std::uint32_t, float, float, float>>;
+    RecordStack choose(const Missed& missed, Made& made) const {
+        RecordStack stack;
+        std::unordered_set<std::uint64_t> tiles;
+        for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {
+            const shared::ShadingPoint& q = missed.points[i];
+            const std::uint32_t x = missed.pixels[i] % run_.scene.info.width,
+                                y = missed.pixels[i] / run_.scene.info.width;
+            if (!tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second) continue;
+            stack.indices.push_back(i);
+            if (!made.insert({q.pixel, q.px, q.py, q.pz}).second)
+                throw Error("pixel " + std::to_string(x) + ", " + std::to_string(y) +
+                            ": the record made there does not cover it (an error in the program: please report it)");
+        }
+        return stack;
+    }
+
+    void shade() {
+        std::vector<std::uint32_t> pixels(film_.pixels());
+        std::iota(pixels.begin(), pixels.end(), 0u);
+        Made made, made_lobes;
+        for (std::uint32_t round = 1; !pixels.empty(); ++round) {
+            Missed missed, missed_lobes;
+            shade_pixels(pixels, round < record_rounds, missed, missed_lobes);
+            const RecordStack stack = choose(missed, made), lobe_stack = choose(missed_lobes, made_lobes);
+            if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, round);
+            if (!lobe_stack.empty()) radiance_->make(run_.device.upload(missed_lobes.points), lobe_stack, grid_, round);
+            if (!stack.empty() || !lobe_stack.empty()) ++run_.statistics.iterations;
+            pixels = missed.pixels;
+            pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
+            std::sort(pixels.begin(), pixels.end());
+            pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
+            for (const std::uint32_t pixel : pixels) film_.clear(pixel);
+        }
+    }
+
+    Run& run_;
+    Film& film_;
+    RecordCache cache_;
+    HemisphereSampler hemispheres_;
+    IrradianceGrid grid_;
+    std::optional<RadianceCache> radiance_;
+    std::size_t chunk_;
+    std::map<std::string, std::string> defines_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> render_caching(Run& run, Film& film) { return Caching(run, film).render(); }
+
+}  // namespace irradia

@@ -1,0 +1,153 @@
+#include "render/radiance_cache.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "irradia/Error.h"
+
+namespace irradia {
+namespace {
+
+constexpr std::size_t lanes = 8;  // of CPU devices (cl/lanes.h)
+constexpr std::size_t first_records = 256;
+constexpr std::size_t projecting = 16;      // work-items that share a record's cells: IR_GROUP of project_harmonics.cl
+constexpr std::uint32_t table_alphas = 24;  // roughnesses, where they are a texture
+constexpr float far_diagonals = 1e4f;       // IR_FAR of sample_hemispheres.cl
+constexpr float unlimited = 1e30f;          // a roughness that no lobe has
+
+bool has_lobe(const shared::Material& m) {
+    return (m.kind == IR_MATERIAL_ROUGH_CONDUCTOR || m.kind == IR_MATERIAL_ROUGH_PLASTIC) && m.alpha_u == m.alpha_v;
+}
+
+std::size_t stride_of(const RenderSettings& s) {
+    const std::size_t cells = static_cast<std::size_t>(s.hemisphere_m) * static_cast<std::size_t>(s.hemisphere_n);
+    return (cells + lanes - 1) / lanes * lanes;
+}
+
+}  // namespace
+
+bool RadianceCache::useful(const Scene& scene) {
+    return std::any_of(scene.materials.begin(), scene.materials.end(), has_lobe);
+}
+
+RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
+    : run_(run), records_(run.device, settings), hemispheres_(run, Hemispheres::radiance_records) {
+    const RenderSettings& s = run.settings;
+    parameters_.stride = static_cast<std::uint32_t>(stride_of(s));
+    parameters_.cosines = static_cast<std::uint32_t>(s.lobe_table);
+    parameters_.alphas = table_alphas;
+    parameters_.trace_below = s.glossy == GlossyRule::traced ? unlimited : s.trace_below;
+    parameters_.harmonics_from = s.glossy == GlossyRule::harmonics ? 0.0f
+                                 : s.glossy == GlossyRule::samples ? unlimited
+                                                                   : s.harmonics_from;
+    parameters_.full_reach = s.glossy_reach;
+    parameters_.spread = s.glossy_spread;
+    keep_samples_ = s.glossy != GlossyRule::harmonics;
+    const auto widest = [](float alpha, const shared::Material& m) {
+        return !has_lobe(m) ? alpha : std::max(alpha, m.alpha_texture == IR_NO_TEXTURE ? m.alpha_u : 1.0f);
+    };
+    float alpha = 0;
+    for (const shared::Material& m : run.scene.materials) alpha = widest(alpha, m);
+    parameters_.order = alpha >= parameters_.harmonics_from ? static_cast<std::uint32_t>(s.harmonics_order) : 0;
+    tabulate();
+    grow(1);
+}
+
+void RadianceCache::tabulate() {
+    const std::vector<shared::Material>& materials = run_.scene.materials;
+    const std::uint32_t order = parameters_.order, entry = 3 + 3 * (order * (order + 1) / 2);
+    std::vector<std::uint32_t> offsets(materials.size(), IR_NO_LOBE);
+    std::uint32_t floats = 0;
+    const auto alphas = [](const shared::Material& m) { return m.alpha_texture == IR_NO_TEXTURE ? 1 : table_alphas; };
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        if (!has_lobe(materials[i]) || (alphas(materials[i]) == 1 && materials[i].alpha_u < parameters_.trace_below))
+            continue;
+        offsets[i] = floats;
+        floats += parameters_.cosines * alphas(materials[i]) * entry;
+    }
+    offsets_ = run_.device.upload(offsets);
+    tables_ = run_.device.allocate(floats * sizeof(float));
+    const Buffer list = run_.device.upload(materials);
+    std::map<std::string, std::string> defines = run_.scene_defines();
+    defines["IR_ORDER"] = std::to_string(order);
+    const std::size_t group = run_.device.pixel_group();
+    for (std::uint32_t i = 0; i < materials.size(); ++i) {
+        if (offsets[i] == IR_NO_LOBE) continue;
+        const std::uint32_t rows = alphas(materials[i]);
+        run_.device.kernel("tabulate_lobes.cl", "tabulate_lobes", defines)
+            .arg(list)
+            .arg(tables_)
+            .arg(parameters_)
+            .arg(i)
+            .arg(offsets[i])
+            .arg(rows)
+            .run(group_count(static_cast<std::size_t>(parameters_.cosines) * rows, group), group);
+    }
+    run_.device.finish();
+}
+
+void RadianceCache::grow(std::size_t records) {
+    if (records <= capacity_ && capacity_ > 0) return;
+    const std::size_t capacity = std::max({first_records, 2 * capacity_, records});
+    const auto resize = [&](Buffer& buffer, std::size_t record) {
+        Buffer fresh = run_.device.allocate(std::max<std::size_t>(capacity * record, 4));
+        if (records_.size() > 0 && record > 0) run_.device.copy(buffer, fresh, records_.size() * record);
+        run_.device.finish();
+        buffer = std::move(fresh);
+    };
+    if (!keep_samples_ && capacity_ == 0) samples_ = run_.device.allocate(sizeof(float));
+    if (keep_samples_) resize(samples_, IR_SAMPLE_FLOATS * sizeof(float) * parameters_.stride);
+    resize(harmonics_, IR_HARMONIC_SETS * sizeof(float) * parameters_.order * parameters_.order);
+    capacity_ = capacity;
+}
+
+std::size_t RadianceCache::record_bytes() const noexcept {
+    return sizeof(shared::RecordKey) + sizeof(shared::RecordValue) +
+           sizeof(float) * (keep_samples_ ? std::size_t{IR_SAMPLE_FLOATS} * parameters_.stride : 0) +
+           sizeof(float) * std::size_t{IR_HARMONIC_SETS} * parameters_.order * parameters_.order;
+}
+
+void RadianceCache::project(std::uint32_t first_kept, std::uint32_t first, std::size_t count) {
+    const std::size_t floats = projecting * IR_HARMONIC_SETS * parameters_.order * parameters_.order;
+    if (partial_.bytes() < count * floats * sizeof(float))
+        partial_ = run_.device.allocate(count * floats * sizeof(float));
+    run_.device
+        .kernel("project_harmonics.cl", "project_harmonics",
+                {{"IR_M", std::to_string(run_.settings.hemisphere_m)},
+                 {"IR_N", std::to_string(run_.settings.hemisphere_n)},
+                 {"IR_GROUP", std::to_string(projecting)},
+                 {"IR_ORDER", std::to_string(parameters_.order)}})
+        .arg(records_.keys())
+        .arg(records_.values())
+        .arg(samples_)
+        .arg(harmonics_)
+        .arg(partial_)
+        .arg(0.5f * far_diagonals * run_.scene.info.diagonal)
+        .arg(parameters_.stride)
+        .arg(first_kept)
+        .arg(first)
+        .run(count, projecting);
+}
+
+void RadianceCache::make(const Buffer& points, const RecordStack& stack, const IrradianceGrid& grid,
+                         std::uint32_t salt) {
+    if (stack.empty()) return;
+    const Buffer indices = run_.device.upload(stack.indices);
+    const std::uint32_t first = records_.reserve(stack.size());
+    grow(first + stack.size());
+    // Without samples to keep, they lie in a buffer that every batch uses anew.
+    if (!keep_samples_) {
+        const std::size_t bytes = stack.size() * IR_SAMPLE_FLOATS * sizeof(float) * parameters_.stride;
+        if (samples_.bytes() < bytes) samples_ = run_.device.allocate(bytes);
+    }
+    const KeptSamples kept{&samples_, parameters_.stride, keep_samples_ ? 0 : first};
+    hemispheres_.sample(points, indices, stack.size(), grid, records_.keys(), records_.values(), first, salt, &kept);
+    if (parameters_.order > 0) project(kept.first, first, stack.size());
+    records_.insert(stack.size(), points, indices);
+}
+
+Kernel& RadianceCache::bind(Kernel& kernel, bool placement) const {
+    return records_.bind(kernel, placement).arg(samples_).arg(harmonics_).arg(tables_).arg(offsets_).arg(parameters_);
+}
+
+}  // namespace irradia

@@ -1,0 +1,49 @@
+// Radiance records: where they lie, what they hold, the tables of the lobes that ask them (cl/radiance.h). Their keys
+// and octree are those of any record; never mixed with irradiance records, which look-ups find in an octree of their
+// own.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "cache/RecordCache.h"
+#include "irradia/shared/radiance_types.h"
+#include "render/hemispheres.h"
+
+namespace irradia {
+
+class RadianceCache {
+public:
+    /// Tabulates the lobes of all materials that records are to answer. Throws Error for settings out of range.
+    RadianceCache(Run& run, const CacheSettings& settings);
+
+    /// Does any material of the scene have a lobe? If not, nothing of this is needed.
+    [[nodiscard]] static bool useful(const Scene& scene);
+
+    /// Records for points[stack[i]], sampled and entered. `salt`: see HemisphereSampler.
+    void make(const Buffer& points, const RecordStack& stack, const IrradianceGrid& grid, std::uint32_t salt);
+
+    [[nodiscard]] const RecordCache& records() const noexcept { return records_; }
+    [[nodiscard]] const shared::RadianceParameters& parameters() const noexcept { return parameters_; }
+    [[nodiscard]] const Buffer& samples() const noexcept { return samples_; }
+    [[nodiscard]] const Buffer& harmonics() const noexcept { return harmonics_; }
+    /// Bytes of one record, its key and value included.
+    [[nodiscard]] std::size_t record_bytes() const noexcept;
+    /// Sets IR_RADIANCE_ARGS.
+    Kernel& bind(Kernel& kernel, bool placement) const;
+
+private:
+    void tabulate();
+    void grow(std::size_t capacity);
+    void project(std::uint32_t first_kept, std::uint32_t first, std::size_t count);
+
+    Run& run_;
+    RecordCache records_;
+    HemisphereSampler hemispheres_;
+    shared::RadianceParameters parameters_{};
+    bool keep_samples_ = true;  // otherwise they are needed only until they are projected
+    std::size_t capacity_ = 0;  // records that samples_ and harmonics_ have room for
+    Buffer samples_, harmonics_, partial_, tables_, offsets_;
+};
+
+}  // namespace irradia
