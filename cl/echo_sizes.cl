@@ -2,6 +2,7 @@
 // them against the host's, so that no compiler's layout can drift apart unnoticed.
 #include "portable.h"
 #include "irradia/shared/grid_types.h"
+#include "irradia/shared/radiance_types.h"
 #include "irradia/shared/record_types.h"
 #include "irradia/shared/scene_types.h"
 
@@ -63,6 +64,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(ShadingPoint, footprint);
     sizes[n++] = IR_OFFSET(ShadingPoint, offset);
     sizes[n++] = IR_OFFSET(ShadingPoint, pixel);
+    sizes[n++] = IR_OFFSET(ShadingPoint, largest);
     sizes[n++] = (uint)sizeof(RecordKey);
     sizes[n++] = IR_OFFSET(RecordKey, support1);
     sizes[n++] = IR_OFFSET(RecordKey, support2);
@@ -84,6 +86,9 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(RecordParameters, tau);
     sizes[n++] = IR_OFFSET(RecordParameters, firefly);
     sizes[n++] = IR_OFFSET(RecordParameters, reach);
+    sizes[n++] = (uint)sizeof(RadianceParameters);
+    sizes[n++] = IR_OFFSET(RadianceParameters, trace_below);
+    sizes[n++] = IR_OFFSET(RadianceParameters, least);
     sizes[n++] = (uint)sizeof(GridParameters);
     sizes[n++] = IR_OFFSET(GridParameters, unit);
     sizes[n++] = IR_OFFSET(GridParameters, slots);

@@ -46,8 +46,17 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
 #endif
     const Surface* f = &path.surface;
 #if IR_LOBES
-    if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f))
-        lobe_points[block] = make_lobe_point(info, f, direction, depth, pixel);
+    if (caches_lobe(&radiance, f)) {
+        const bool covered = radiance_covers(&radiance, f);
+        ShadingPoint q = make_lobe_point(info, f, direction, depth, pixel);
+        if (covered && radiance_parameters.spread > 0.0f) {
+            float least;
+            if (radiance_spread(&radiance, f, &least) > radiance_parameters.spread &&
+                0.5f * least > radiance_parameters.least * q.footprint)
+                q.largest = 0.5f * least;
+        }
+        if (!covered || q.largest > 0.0f) lobe_points[block] = q;
+    }
 #endif
     if (!is_diffuse(f) || cache_covers(&cache, f->p, f->ns, coat_of(f))) return;
     points[block] = make_shading_point(info, f, direction, depth, pixel);

@@ -117,6 +117,11 @@ IR_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereSums* s
     EllipseRadii support = clamp_ellipse(support1, support2, lo, hi, parameters.aspect);
     support.r1 *= parameters.overlap;
     support.r2 *= parameters.overlap;
+    if (q->largest > 0.0f) {
+        const float largest = max(q->largest, parameters.overlap * lo);
+        support.r1 = min(support.r1, largest);
+        support.r2 = min(support.r2, largest);
+    }
     // Not past the nearest surface seen (grazing rays left out): what lies behind it may be another room.
     if (parameters.reach > 0.0f) {
         const float nearest = max(parameters.reach * sums->min_distance, parameters.overlap * lo);

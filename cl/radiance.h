@@ -9,6 +9,7 @@
 #include "harmonics.h"
 #include "irradia/shared/radiance_types.h"
 #include "lobe.h"
+#include "reproject.h"
 
 typedef struct RadianceCache {
     Cache records;
@@ -85,18 +86,22 @@ IR_FN LobeSum samples_sum(const RadianceCache* c, uint record, real3 to_record, 
     lanes a = lanes_of(0.0f), b = a, ar = a, ag = a, ab = a, br = a, bg = a, bb = a;
     for (uint i = 0; i < stride; i += IR_LANES) {
         LaneVector v, n;
-        v.x = lanes_load(s, i) + to_record.x;
-        v.y = lanes_load(s, stride + i) + to_record.y;
-        v.z = lanes_load(s, 2u * stride + i) + to_record.z;
+        v.x = lanes_load(s, i);
+        v.y = lanes_load(s, stride + i);
+        v.z = lanes_load(s, 2u * stride + i);
+        const lanes least2 = lanes_dot(v, v) * IR_NEAREST2;
+        v.x += to_record.x;
+        v.y += to_record.y;
+        v.z += to_record.z;
         n.x = lanes_load(s, 3u * stride + i);
         n.y = lanes_load(s, 4u * stride + i);
         n.z = lanes_load(s, 5u * stride + i);
-        const lanes inverse2 = 1.0f / max(lanes_dot(v, v), 1e-30f), inverse = sqrt(inverse2);
+        const lanes square = lanes_dot(v, v), inverse = 1.0f / sqrt(max(square, 1e-30f));
         v.x = v.x * inverse;
         v.y = v.y * inverse;
         v.z = v.z * inverse;
         const lanes cosine = lanes_dot3(v, q->lobe.n);
-        const lanes solid = lanes_load(s, 6u * stride + i) * fabs(lanes_dot(n, v)) * inverse2;
+        const lanes solid = lanes_load(s, 6u * stride + i) * fabs(lanes_dot(n, v)) / max(square, least2);
         lanes schlick;
         const lanes above = max(cosine, 1e-4f);
         const lanes f = lanes_select(0.0f, solid * lobe_weights(&q->lobe, v, above, &schlick), cosine > 1e-4f);
@@ -165,6 +170,8 @@ IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const RecordKey
     return lobe;
 }
 
+#define IR_SPREAD_RECORDS 16u
+
 // Narrow lobes see parallax and the edges of what they reflect sharper: they use records less far.
 IR_FN CacheParameters lobe_cache_parameters(const RadianceCache* c, const Surface* f) {
     CacheParameters q = c->records.parameters;
@@ -205,5 +212,36 @@ IR_FN bool radiance_covers(const RadianceCache* c, const Surface* f) {
     Cache cache = c->records;
     cache.parameters = lobe_cache_parameters(c, f);
     return cache_covers(&cache, f->p, f->ns, 0u);
+}
+
+// By how much the records that answer f's lobe disagree: the weighted mean of |L_i - L| / L, in luminance. *least: the
+// smallest support among them.
+IR_FN float radiance_spread(const RadianceCache* c, const Surface* f, float* least) {
+    const LobeQuery q = lobe_query(c, f, f->p);
+    const CacheParameters parameters = lobe_cache_parameters(c, f);
+    // The mean, then the deviations from it; of more records than fit, the first.
+    float weights[IR_SPREAD_RECORDS], values[IR_SPREAD_RECORDS], total = 0.0f, mean = 0.0f;
+    uint count = 0u, record;
+    *least = IR_INFINITY;
+    OctreeWalk walk = octree_walk(c->records.nodes, &parameters, f->p);
+    while (count < IR_SPREAD_RECORDS && octree_next(c->records.nodes, c->records.entries, &walk, &record)) {
+        const RecordKey key = c->records.keys[record];
+        const float w = record_weight(&parameters, &key, f->p, f->ns, 0u);
+        if (!(w > 0.0f)) continue;
+        const real3 delta = f->p - make_real3(key.px, key.py, key.pz);
+        const LobeSum one = q.harmonics ? harmonics_sum(c, record, &key, delta, &q) : samples_sum(c, record, -delta, &q);
+        weights[count] = w;
+        values[count] = 0.2126f * positive_ratio(one.weighted.x, one.total.x) +
+                        0.7152f * positive_ratio(one.weighted.y, one.total.y) +
+                        0.0722f * positive_ratio(one.weighted.z, one.total.z);
+        total += w;
+        mean += w * values[count++];
+        *least = min(*least, key.support1);
+    }
+    if (!(mean > 0.0f)) return 0.0f;
+    mean /= total;
+    float spread = 0.0f;
+    for (uint i = 0; i < count; ++i) spread += weights[i] * fabs(values[i] - mean);
+    return spread / (total * mean);
 }
 #endif

@@ -7,6 +7,10 @@
 #include "crease.h"
 #include "portable.h"
 
+// A point that was sampled from afar and comes close would count for all that is around it: solid angles grow by at most
+// the inverse of this.
+#define IR_NEAREST2 R(0.25)
+
 // A sample as seen from p. weight: W_s, proportional to solid angle there. cosine: n.w', 0 for a dropped sample.
 typedef struct ReprojectedSample {
     real3 direction;
@@ -23,7 +27,7 @@ IR_FN ReprojectedSample reproject_sample(real3 to_record, real3 w, real r, real3
         const real3 v = to_record + w * r;
         const real r2 = max(dot(v, v), R(1e-12) * r * r);  // p on the hit point itself: no division by 0
         s.direction = v * rsqrt(r2);
-        J = r * r / r2 * (fabs(dot(n_s, s.direction)) / max(fabs(dot(n_s, w)), R(1e-4)));
+        J = r * r / max(r2, IR_NEAREST2 * r * r) * (fabs(dot(n_s, s.direction)) / max(fabs(dot(n_s, w)), R(1e-4)));
     }
     const real cosine = dot(n, s.direction);
     s.weight = J / max(cos_s, R(1e-3));

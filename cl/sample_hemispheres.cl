@@ -157,6 +157,9 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
         const real3 w = make_real3(dx[i], dy[i], dz[i]);
         radiance[i] = radiance[i] * arriving_share(s, q, w, max(dot(w, frame.n), 0.0f));
         cells[2 * IR_CELLS + cell] = hit ? hits[i].t : IR_INFINITY;
+#if IR_RADIANCE
+        if (hit && !is_diffuse(&surfaces[i]) && is_glossy(&surfaces[i])) cells[2 * IR_CELLS + cell] = -hits[i].t;
+#endif
         cells[3 * IR_CELLS + cell] = normal.x;
         cells[4 * IR_CELLS + cell] = normal.y;
         cells[5 * IR_CELLS + cell] = normal.z;
@@ -170,7 +173,7 @@ IR_INLINE_FN HemisphereSample load_cell(const IR_CELL_SPACE float* cells, uint c
     HemisphereSample sample;
     const float x = cells[cell], y = cells[IR_CELLS + cell];
     sample.direction = make_real3(x, y, sqrt(max(1.0f - x * x - y * y, 6e-8f)));
-    sample.distance = cells[2 * IR_CELLS + cell];
+    sample.distance = fabs(cells[2 * IR_CELLS + cell]);
     sample.normal = make_real3(cells[3 * IR_CELLS + cell], cells[4 * IR_CELLS + cell], cells[5 * IR_CELLS + cell]);
     sample.radiance = make_real3(cells[6 * IR_CELLS + cell], cells[7 * IR_CELLS + cell], cells[8 * IR_CELLS + cell]);
     return sample;
@@ -241,7 +244,7 @@ IR_INLINE_FN void keep_samples(const IR_CELL_SPACE float* cells, uint first, con
     const real3 start = make_real3(q->step_x, q->step_y, q->step_z) + g * q->offset;
     for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
         const HemisphereSample c = load_cell(cells, cell);
-        const bool miss = c.distance >= IR_INFINITY;
+        const bool miss = c.distance >= IR_INFINITY || cells[2 * IR_CELLS + cell] < 0.0f;
         const float r = miss ? IR_FAR * diagonal : c.distance;
         const real3 w = to_world(frame, c.direction), p = start + w * r;
         const real3 n = miss ? -w : to_world(frame, c.normal);

@@ -42,6 +42,7 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
                                                                    : s.harmonics_from;
     parameters_.full_reach = s.glossy_reach;
     parameters_.spread = s.glossy_spread;
+    parameters_.least = s.min_spacing * s.overlap;
     keep_samples_ = s.glossy != GlossyRule::harmonics;
     const auto widest = [](float alpha, const shared::Material& m) {
         return !has_lobe(m) ? alpha : std::max(alpha, m.alpha_texture == IR_NO_TEXTURE ? m.alpha_u : 1.0f);

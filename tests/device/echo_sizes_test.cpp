@@ -8,6 +8,7 @@
 
 #include "irradia/Device.h"
 #include "irradia/shared/grid_types.h"
+#include "irradia/shared/radiance_types.h"
 #include "irradia/shared/record_types.h"
 #include "irradia/shared/scene_types.h"
 
@@ -78,6 +79,7 @@ const std::vector<Expected> kExpected = {
     OFFSET(ShadingPoint, footprint),
     OFFSET(ShadingPoint, offset),
     OFFSET(ShadingPoint, pixel),
+    OFFSET(ShadingPoint, largest),
     SIZE(RecordKey),
     OFFSET(RecordKey, support1),
     OFFSET(RecordKey, support2),
@@ -99,6 +101,9 @@ const std::vector<Expected> kExpected = {
     OFFSET(RecordParameters, tau),
     OFFSET(RecordParameters, firefly),
     OFFSET(RecordParameters, reach),
+    SIZE(RadianceParameters),
+    OFFSET(RadianceParameters, trace_below),
+    OFFSET(RadianceParameters, least),
     SIZE(GridParameters),
     OFFSET(GridParameters, unit),
     OFFSET(GridParameters, slots),

@@ -31,10 +31,12 @@ typedef struct RadianceParameters {
     float harmonics_from;  // lobes of at least this roughness are answered by harmonics, others by samples
     float full_reach;      // lobes of at least this roughness use records to their full support, narrower ones nearer
     float spread;          // records that disagree by more than this, relative to their mean, want another between them
-} RadianceParameters;      // 32 bytes
+    float least;           // least support of a record, footprints: none is wanted for disagreement below
+    float pad0, pad1, pad2;
+} RadianceParameters;      // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
-static_assert(sizeof(RadianceParameters) == 32);
+static_assert(sizeof(RadianceParameters) == 48);
 }  // namespace irradia::shared
 #endif
 #endif

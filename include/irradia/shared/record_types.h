@@ -22,7 +22,9 @@ typedef struct ShadingPoint {
     float offset;                  // distance by which ray origins are moved off the surface along g
     uint pixel;                    // y * width + x
     float step_x, step_y, step_z;  // from p to where its hemisphere's rays start, before the offset
-} ShadingPoint;                    // 64 bytes
+    float largest;                 // support that the record made here may have at most, world units; 0: no limit
+    float pad0, pad1, pad2;
+} ShadingPoint;                    // 80 bytes
 
 // A record, in two parts: what every look-up reads of every candidate, and what only accepted ones need.
 // Support = the distance at which the weight reaches zero: a R (1.8), or the Hessian's ellipse (theory 6).
@@ -85,7 +87,7 @@ typedef struct RecordParameters {
 } RecordParameters;  // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
-static_assert(sizeof(ShadingPoint) == 64 && sizeof(RecordKey) == 48 && sizeof(RecordValue) == 96 &&
+static_assert(sizeof(ShadingPoint) == 80 && sizeof(RecordKey) == 48 && sizeof(RecordValue) == 96 &&
               sizeof(OctreeState) == 16 && sizeof(CacheParameters) == 48 && sizeof(RecordParameters) == 48);
 }  // namespace irradia::shared
 #endif
