@@ -110,4 +110,11 @@ struct RenderResult {
 RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
                     const ProgressCallback& progress = {});
 
+/// Renders `scene` seen by one camera after the other (which replaces scene.info.camera; the film's size stays). The caches
+/// serve all of them: a view costs what it shows anew. `done` is given each picture as it is finished, with the statistics
+/// of its view (records: of all views so far; stages: of the device since it was opened).
+void render_views(const Scene& scene, Device& device, const RenderSettings& settings,
+                  const std::vector<shared::Camera>& cameras,
+                  const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress = {});
+
 }  // namespace irradia

@@ -10,6 +10,7 @@
 // samples off the pixel's centre see surfaces of their own, one is made, and the pixel is shaded anew, until none is
 // missing. The host owns the stack, the octree's memory and the schedule; everything else happens in kernels.
 #include <algorithm>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -58,15 +59,17 @@ CacheSettings radiance_settings(const Run& run) {
     return c;
 }
 
-class Caching {
+}  // namespace
+
+class CachingRenderer::Caching {
 public:
-    Caching(Run& run, Film& film)
+    explicit Caching(Run& run)
         : run_(run),
-          film_(film),
           cache_(run.device, cache_settings(run, run.settings.accuracy)),
           hemispheres_(run, Hemispheres::irradiance_records),
           grid_(run),
-          chunk_(std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
+          pixels_(static_cast<std::size_t>(run.scene.info.width) * run.scene.info.height),
+          chunk_(std::min(pixels_, run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
         defines_ = cache_.defines();
         defines_["IR_DIRECT_MIS"] = run.direct_mis() ? "1" : "0";
         defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
@@ -76,31 +79,44 @@ public:
         run.phase("lobes");
     }
 
-    std::vector<std::uint32_t> render() {
+    std::vector<std::uint32_t> render(Film& film) {
+        const std::size_t known = cache_.size(), known_lobes = radiance_ ? radiance_->records().size() : 0;
         if (run_.edges_beyond_camera() >= 2) {
-            grid_.fill();
-            run_.phase("grid");
+            if (views_ == 0) {
+                grid_.fill();
+                run_.phase("grid");
+            }
             place_records();
             run_.phase("records");
         }
-        shade();
+        shade(film);
         run_.phase("shade");
+        ++views_;
         RenderStatistics& s = run_.statistics;
         s.records = cache_.size();
         add_octree(s, cache_);
         std::vector<std::uint32_t> pixels;
-        for (const shared::RecordValue& v : cache_.download_values()) pixels.push_back(v.pixel);
+        add_pixels(cache_, known, pixels);
         if (radiance_) {
             const RecordCache& records = radiance_->records();
             s.radiance_records = records.size();
             s.radiance_record_bytes = radiance_->record_bytes();
             add_octree(s, records);
-            for (const shared::RecordValue& v : records.download_values()) pixels.push_back(v.pixel);
+            add_pixels(records, known_lobes, pixels);
         }
         return pixels;
     }
 
 private:
+    // The pixels of this view at which records were made.
+    static void add_pixels(const RecordCache& cache, std::size_t first, std::vector<std::uint32_t>& pixels) {
+        const std::vector<shared::RecordValue> values = cache.download_values();
+        for (std::size_t i = first; i < values.size(); ++i) pixels.push_back(values[i].pixel);
+    }
+
+    // Tells records of one pixel apart: those of the iterations (round 0), of later rounds, of later views.
+    [[nodiscard]] std::uint32_t salt(std::uint32_t round) const { return round + views_ * (record_rounds + 1); }
+
     static void add_octree(RenderStatistics& s, const RecordCache& cache) {
         s.octree_nodes += cache.octree().nodes;
         s.octree_entries += cache.octree().entries;
@@ -151,10 +167,10 @@ private:
                 .run(group_count(blocks, run_.device.pixel_group()), run_.device.pixel_group());
             run_.device.read(points, host.data(), blocks * sizeof host[0]);
             run_.statistics.rays["camera"] += blocks;
-            make_records(points, wanting(host), 0);
+            make_records(points, wanting(host), salt(0));
             if (radiance_) {
                 run_.device.read(lobe_points, host.data(), blocks * sizeof host[0]);
-                radiance_->make(lobe_points, wanting(host), grid_, 0);
+                radiance_->make(lobe_points, wanting(host), grid_, salt(0));
             }
             ++run_.statistics.iterations;
             run_.report("records", records_share * (it + 1) / iteration_count, record_count());
@@ -186,11 +202,12 @@ private:
     }
 
     // Adds all samples of `pixels` to the film; `missed` of irradiance, and of radiance.
-    void shade_pixels(const std::vector<std::uint32_t>& pixels, bool requests, Missed& missed, Missed& missed_lobes) {
-        Launch launch{run_.device.allocate(chunk_ * film_.channels() * sizeof(float)),
+    void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, bool requests, Missed& missed,
+                      Missed& missed_lobes) {
+        Launch launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
                       run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
                       run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
-                      std::vector<float>(chunk_ * film_.channels()), std::vector<shared::ShadingPoint>(chunk_)};
+                      std::vector<float>(chunk_ * film.channels()), std::vector<shared::ShadingPoint>(chunk_)};
         std::map<std::string, std::string> defines = grid_.defines();
         defines.insert(defines_.begin(), defines_.end());
         for (std::size_t first = 0; first < pixels.size(); first += chunk_) {
@@ -216,14 +233,14 @@ private:
                     .arg(requests ? 1u : 0u)
                     .arg(run_.seed())
                     .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
-                run_.device.read(launch.film, launch.sums.data(), part.size() * film_.channels() * sizeof(float));
-                film_.add(launch.sums, part, samples);
+                run_.device.read(launch.film, launch.sums.data(), part.size() * film.channels() * sizeof(float));
+                film.add(launch.sums, part, samples);
                 add_missed(launch.points, part, launch, missed, seen);
                 if (radiance_) add_missed(launch.lobe_points, part, launch, missed_lobes, seen_lobes);
                 run_.collect_rays();
                 const double done =
                     static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
-                run_.report("shade", records_share + (1 - records_share) * done / static_cast<double>(film_.pixels()),
+                run_.report("shade", records_share + (1 - records_share) * done / static_cast<double>(pixels_),
                             record_count());
             }
         }
@@ -248,37 +265,38 @@ private:
         return stack;
     }
 
-    void shade() {
-        std::vector<std::uint32_t> pixels(film_.pixels());
+    void shade(Film& film) {
+        std::vector<std::uint32_t> pixels(pixels_);
         std::iota(pixels.begin(), pixels.end(), 0u);
         Made made, made_lobes;
         for (std::uint32_t round = 1; !pixels.empty(); ++round) {
             Missed missed, missed_lobes;
-            shade_pixels(pixels, round < record_rounds, missed, missed_lobes);
+            shade_pixels(film, pixels, round < record_rounds, missed, missed_lobes);
             const RecordStack stack = choose(missed, made), lobe_stack = choose(missed_lobes, made_lobes);
-            if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, round);
-            if (!lobe_stack.empty()) radiance_->make(run_.device.upload(missed_lobes.points), lobe_stack, grid_, round);
+            if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round));
+            if (!lobe_stack.empty())
+                radiance_->make(run_.device.upload(missed_lobes.points), lobe_stack, grid_, salt(round));
             if (!stack.empty() || !lobe_stack.empty()) ++run_.statistics.iterations;
             pixels = missed.pixels;
             pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
             std::sort(pixels.begin(), pixels.end());
             pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
-            for (const std::uint32_t pixel : pixels) film_.clear(pixel);
+            for (const std::uint32_t pixel : pixels) film.clear(pixel);
         }
     }
 
     Run& run_;
-    Film& film_;
     RecordCache cache_;
     HemisphereSampler hemispheres_;
     IrradianceGrid grid_;
     std::optional<RadianceCache> radiance_;
-    std::size_t chunk_;
+    std::size_t pixels_, chunk_;
+    std::uint32_t views_ = 0;
     std::map<std::string, std::string> defines_;
 };
 
-}  // namespace
-
-std::vector<std::uint32_t> render_caching(Run& run, Film& film) { return Caching(run, film).render(); }
+CachingRenderer::CachingRenderer(Run& run) : caching_(std::make_unique<Caching>(run)) {}
+CachingRenderer::~CachingRenderer() = default;
+std::vector<std::uint32_t> CachingRenderer::render(Film& film) { return caching_->render(film); }
 
 }  // namespace irradia

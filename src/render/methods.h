@@ -1,6 +1,7 @@
-// The methods, each in its own file. They fill `film` and run.statistics; irradiance() returns where records were made.
+// The methods, each in its own file. They fill `film` and run.statistics.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "render/run.h"
@@ -9,7 +10,20 @@ namespace irradia {
 
 void render_path(Run& run, Film& film);
 void render_gather(Run& run, Film& film);
-/// Irradiance and radiance caching. Returns the pixel of every record.
-std::vector<std::uint32_t> render_caching(Run& run, Film& film);
+/// Irradiance and radiance caching. What it has learned of the scene serves all views that it renders.
+class CachingRenderer {
+public:
+    explicit CachingRenderer(Run& run);
+    ~CachingRenderer();
+    CachingRenderer(const CachingRenderer&) = delete;
+    CachingRenderer& operator=(const CachingRenderer&) = delete;
+
+    /// Renders the run's present view. Returns the pixel of every record made for it.
+    std::vector<std::uint32_t> render(Film& film);
+
+private:
+    class Caching;
+    std::unique_ptr<Caching> caching_;
+};
 
 }  // namespace irradia

@@ -1,6 +1,7 @@
 // render(): checks the settings, runs a method, makes the picture.
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "irradia/Error.h"
 #include "render/methods.h"
@@ -56,32 +57,53 @@ const std::vector<std::string>& aov_names() {
     return names;
 }
 
-RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
-                    const ProgressCallback& progress) {
-    check(scene, settings);
-    Run run(scene, device, settings, progress);
-    Film film(static_cast<int>(scene.info.width), static_cast<int>(scene.info.height), run.aovs());
+namespace {
+
+RenderResult render_view(Run& run, CachingRenderer* caching) {
+    const RenderSettings& settings = run.settings;
+    Film film(static_cast<int>(run.scene.info.width), static_cast<int>(run.scene.info.height), run.aovs());
     std::vector<std::uint32_t> record_pixels;
-    switch (settings.method) {
-        case Method::path:
-            render_path(run, film);
-            break;
-        case Method::gather:
-            render_gather(run, film);
-            break;
-        case Method::irradiance:
-        case Method::radiance:
-            record_pixels = render_caching(run, film);
-            break;
-    }
+    if (caching != nullptr)
+        record_pixels = caching->render(film);
+    else if (settings.method == Method::path)
+        render_path(run, film);
+    else
+        render_gather(run, film);
     RenderResult result;
     result.image = film.image(settings);
     if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
         result.image.layers.push_back(records_layer(film, record_pixels));
-    run.statistics.stages = device.stage_times();
+    run.statistics.stages = run.device.stage_times();
     run.statistics.seconds = run.elapsed();
     result.statistics = std::move(run.statistics);
     return result;
+}
+
+std::unique_ptr<CachingRenderer> caching_renderer(Run& run) {
+    const Method m = run.settings.method;
+    return m == Method::irradiance || m == Method::radiance ? std::make_unique<CachingRenderer>(run) : nullptr;
+}
+
+}  // namespace
+
+RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
+                    const ProgressCallback& progress) {
+    check(scene, settings);
+    Run run(scene, device, settings, progress);
+    const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
+    return render_view(run, caching.get());
+}
+
+void render_views(const Scene& scene, Device& device, const RenderSettings& settings,
+                  const std::vector<shared::Camera>& cameras,
+                  const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress) {
+    check(scene, settings);
+    Run run(scene, device, settings, progress);
+    const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
+    for (std::size_t i = 0; i < cameras.size(); ++i) {
+        run.set_camera(cameras[i]);
+        done(i, render_view(run, caching.get()));
+    }
 }
 
 }  // namespace irradia

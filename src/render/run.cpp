@@ -14,7 +14,6 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
       progress_(progress),
       start_(Clock::now()),
       phase_start_(start_) {
-    statistics.spp = settings.spp > 0 ? settings.spp : static_cast<int>(std::max(scene.sample_count, 1u));
     seed_ = static_cast<std::uint32_t>(settings.seed) ^ static_cast<std::uint32_t>((settings.seed >> 32) * 0x9e3779b9u);
     if (device.cpu_traversal() ? scene.accel.bvh8_nodes.empty() : scene.accel.bvh2_nodes.empty())
         throw Error((scene.source.empty() ? std::string("scene") : scene.source) +
@@ -34,10 +33,24 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
     texels_ = device.upload(scene.texels);
     lights_ = device.upload(scene.lights);
     info_ = device.upload(&scene.info, sizeof scene.info);
+    clear_statistics();
     const std::array<std::uint32_t, 4> zero{};
     ray_counters_ = device.upload(zero.data(), sizeof zero);
-    statistics.rays = {{"camera", 0}, {"hemisphere", 0}, {"bounce", 0}, {"shadow", 0}};
     phase("upload");
+}
+
+void Run::clear_statistics() {
+    statistics = {};
+    statistics.spp = settings.spp > 0 ? settings.spp : static_cast<int>(std::max(scene.sample_count, 1u));
+    statistics.rays = {{"camera", 0}, {"hemisphere", 0}, {"bounce", 0}, {"shadow", 0}};
+}
+
+void Run::set_camera(const shared::Camera& camera) {
+    shared::SceneInfo info = scene.info;
+    info.camera = camera;
+    info_ = device.upload(&info, sizeof info);
+    clear_statistics();
+    start_ = phase_start_ = Clock::now();
 }
 
 namespace {

@@ -23,6 +23,8 @@ public:
     Kernel scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines);
     /// Definitions every kernel that traces rays gets.
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
+    /// Another view of the scene: kernels set up from now on see it through this camera. Statistics start anew.
+    void set_camera(const shared::Camera& camera);
     /// Device counters that kernels add to: rays by kind (cl/film.h).
     [[nodiscard]] const Buffer& ray_counters() const noexcept { return ray_counters_; }
     /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or
@@ -44,6 +46,7 @@ public:
     [[nodiscard]] double elapsed() const;
 
 private:
+    void clear_statistics();
     using Clock = std::chrono::steady_clock;
     const ProgressCallback& progress_;
     Clock::time_point start_, phase_start_;
