@@ -239,7 +239,8 @@ TEST_F(Oclgrind, Gather) {
 
 TEST_F(Oclgrind, Path) {
     for (const std::string traversal : {"cpu", "gpu"}) {
-        for (const std::string scene : {"cornell-box", "spheres", "textured", "integrating-sphere", "occluder"})
+        for (const std::string scene : {"cornell-box", "spheres", "textured", "integrating-sphere", "occluder",
+                                        "glossy-box", "glossy-window", "glossy-knot"})
             render(project_scene(scene), traversal, {"--method", "path", "--width", "5", "--height", "4", "--spp", "1"},
                    kPath);
         render(whole_scene(), traversal,

@@ -23,7 +23,7 @@ TEST_F(ProjectScenes, AllLoadSilently) {
         EXPECT_GT(s.lights.size(), 0u);
         EXPECT_EQ(s.lights.back().cdf, 1.0f);
     }
-    EXPECT_GE(count, 6);
+    EXPECT_GE(count, 9);
 }
 
 TEST_F(ProjectScenes, CornellBox) {
