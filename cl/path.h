@@ -121,7 +121,9 @@ IR_FN PathState path_from(Surface f, float distance) {
 // The BSDF's sample at a vertex: adds the light that it happens to find to *sum and moves on; false if the path ends.
 // `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
 // `roulette`: the path may end by chance, more likely the less it still carries.
-IR_CALL_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
+// Not IR_CALL_FN: as a function of its own that calls others, NVIDIA's compiler (driver 570 to 580, H100 and H200) made
+// code that, once in about a billion paths, left its memory.
+IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     Bounce b;
     if (!bounce_sample(s, &path->surface, rng, &b)) return false;

@@ -31,7 +31,9 @@ namespace {
 constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
 constexpr std::uint32_t record_rounds = 24;  // after so many, samples that still find no record are path traced
-constexpr double records_share = 0.5;        // of the progress bar
+constexpr std::uint32_t disagreement_rounds = 2;
+constexpr std::uint32_t disagreement_salt = record_rounds, rounds_a_view = disagreement_salt + disagreement_rounds + 1;
+constexpr double records_share = 0.5;  // of the progress bar
 
 /// `accuracy`: `a` of the records.
 CacheSettings cache_settings(const Run& run, float accuracy) {
@@ -87,6 +89,7 @@ public:
                 run_.phase("grid");
             }
             place_records();
+            settle_disagreements();
             run_.phase("records");
         }
         shade(film);
@@ -115,7 +118,7 @@ private:
     }
 
     // Tells records of one pixel apart: those of the iterations (round 0), of later rounds, of later views.
-    [[nodiscard]] std::uint32_t salt(std::uint32_t round) const { return round + views_ * (record_rounds + 1); }
+    [[nodiscard]] std::uint32_t salt(std::uint32_t round) const { return round + views_ * rounds_a_view; }
 
     static void add_octree(RenderStatistics& s, const RecordCache& cache) {
         s.octree_nodes += cache.octree().nodes;
@@ -174,6 +177,37 @@ private:
             }
             ++run_.statistics.iterations;
             run_.report("records", records_share * (it + 1) / iteration_count, record_count());
+        }
+    }
+
+    // Radiance records that disagree about a pixel get others between them: one a round in a 4x4 tile.
+    void settle_disagreements() {
+        if (!radiance_ || run_.settings.glossy_spread <= 0 || radiance_->records().size() == 0) return;
+        Buffer points = run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint));
+        std::vector<shared::ShadingPoint> host(chunk_);
+        for (std::uint32_t round = 1; round <= disagreement_rounds; ++round) {
+            Missed missed;
+            for (std::size_t first = 0; first < pixels_; first += chunk_) {
+                const std::size_t count = std::min(chunk_, pixels_ - first);
+                Kernel kernel = run_.scene_kernel("find_disagreements.cl", "find_disagreements", cache_.defines());
+                radiance_->bind(kernel, false)
+                    .arg(points)
+                    .arg(static_cast<std::uint32_t>(first))
+                    .arg(static_cast<std::uint32_t>(count))
+                    .run(group_count(count, run_.device.pixel_group()), run_.device.pixel_group());
+                run_.device.read(points, host.data(), count * sizeof host[0]);
+                for (std::size_t i = 0; i < count; ++i)
+                    if (host[i].state != IR_POINT_NONE) {
+                        missed.pixels.push_back(static_cast<std::uint32_t>(first + i));
+                        missed.points.push_back(host[i]);
+                    }
+            }
+            Made made;
+            const RecordStack stack = choose(missed, made);
+            if (stack.empty()) return;
+            radiance_->make(run_.device.upload(missed.points), stack, grid_, salt(disagreement_salt + round));
+            ++run_.statistics.iterations;
+            run_.report("records", records_share, record_count());
         }
     }
 

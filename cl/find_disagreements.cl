@@ -1,0 +1,22 @@
+// After the iterations of radiance caching: where the records that answer a pixel's lobe disagree about what it reflects,
+// another one is wanted between them, of half the reach of the least of them. The host picks some of the points that are
+// left in `lobe_points`, has records made there, and asks again.
+#include "radiance.h"
+#include "see_pixel.h"
+
+IR_KERNEL void find_disagreements(IR_SCENE_ARGS, IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint* lobe_points, uint first_pixel,
+                                  uint pixel_count) {
+    const uint slot = IR_GLOBAL_ID;
+    if (slot >= pixel_count) return;
+    IR_SCENE_INIT(s);
+    IR_RADIANCE_INIT(radiance);
+    lobe_points[slot].state = IR_POINT_NONE;
+    const uint pixel = first_pixel + slot;
+    Seen seen;
+    if (!see_pixel(&s, pixel, &seen) || !caches_lobe(&radiance, &seen.surface)) return;
+    ShadingPoint q = make_lobe_point(info, &seen.surface, seen.direction, seen.depth, pixel);
+    float least;
+    if (!(radiance_spread(&radiance, &seen.surface, &least) > radiance_parameters.spread)) return;
+    q.largest = 0.5f * least;
+    if (q.largest > radiance_parameters.least * q.footprint) lobe_points[slot] = q;
+}
