@@ -61,6 +61,11 @@ typedef struct LobeQuery {
     bool harmonics;
 } LobeQuery;
 
+// Does the lobe of f ask records' harmonics, rather than their samples?
+IR_FN bool asks_harmonics(const RadianceCache* c, const Surface* f) {
+    return c->parameters.order > 0u && f->alpha_u >= c->parameters.harmonics_from;
+}
+
 IR_FN LobeQuery lobe_query(const RadianceCache* c, const Surface* f, real3 p) {
     LobeQuery q;
     q.p = p;
@@ -74,7 +79,7 @@ IR_FN LobeQuery lobe_query(const RadianceCache* c, const Surface* f, real3 p) {
     const bool textured = f->material->alpha_texture != IR_NO_TEXTURE;
     q.entry = lobe_entry(c->tables + c->lobes[f->material_index], &c->parameters, textured, f->alpha_u,
                          dot(f->view, f->ns));
-    q.harmonics = c->parameters.order > 0u && f->alpha_u >= c->parameters.harmonics_from;
+    q.harmonics = asks_harmonics(c, f);
     return q;
 }
 
@@ -172,10 +177,12 @@ IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const RecordKey
 
 #define IR_SPREAD_RECORDS 16u
 
-// Narrow lobes see parallax and the edges of what they reflect sharper: they use records less far.
+// Narrow lobes see parallax, and edges in what they reflect, sharper. Gradients of harmonics cannot follow that, so those
+// records are used less far by narrow lobes; samples are seen from where they lie, and are not (measured: at roughness .2,
+// a third fewer records and no more error than with it).
 IR_FN CacheParameters lobe_cache_parameters(const RadianceCache* c, const Surface* f) {
     CacheParameters q = c->records.parameters;
-    q.stretch *= max(sqrt(c->parameters.full_reach / f->alpha_u), 1.0f);
+    if (asks_harmonics(c, f)) q.stretch *= max(sqrt(c->parameters.full_reach / f->alpha_u), 1.0f);
     return q;
 }
 

@@ -62,7 +62,7 @@ struct RenderSettings {
                                 ///< false: they go on as paths, unbiased and slower
     int grid_paths = 1 << 18;   ///< paths that fill the grid
     GlossyRule glossy = GlossyRule::automatic;  ///< radiance: how lobes of rough surfaces are answered
-    float trace_below = 0.1f;                   ///< lobes of less roughness are traced, [0, 1]
+    float trace_below = 0.15f;                  ///< lobes of less roughness are traced, [0, 1]
     float harmonics_from = 2.0f;    ///< automatic: lobes of at least this roughness are answered by harmonics
     int harmonics_order = 5;        ///< bands of the harmonics, 1 to 12: order² coefficients a channel
     int lobe_table = 64;            ///< entries over the view's cosine of each lobe's table, 4 to 1024

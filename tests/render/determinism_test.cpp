@@ -14,7 +14,8 @@ DeviceOptions threads(int n) {
 class Determinism : public ::testing::TestWithParam<Method> {};
 
 TEST_P(Determinism, ThreadsDoNotChangeABit) {
-    const Scene scene = load(project_scene("cornell-box.xml"), {}, 48, 40);
+    const char* const name = GetParam() == Method::radiance ? "glossy-box.xml" : "cornell-box.xml";
+    const Scene scene = load(project_scene(name), {}, 48, 40);
     RenderSettings settings;
     settings.method = GetParam();
     settings.spp = GetParam() == Method::gather ? 1 : 16;
@@ -27,13 +28,15 @@ TEST_P(Determinism, ThreadsDoNotChangeABit) {
     settings.seed = 1;
     EXPECT_NE(one.image.layers[0].data, run(scene, settings, threads(1)).image.layers[0].data) << "another seed";
 }
-INSTANTIATE_TEST_SUITE_P(Methods, Determinism, ::testing::Values(Method::irradiance, Method::gather, Method::path));
+INSTANTIATE_TEST_SUITE_P(Methods, Determinism,
+                         ::testing::Values(Method::irradiance, Method::radiance, Method::gather, Method::path));
 
 // The one-ray BVH2 traversal of GPU devices, run here on the CPU: the same random numbers meet the same surfaces, but
 // for rays through edges and rounding, so they differ by a small part of what another seed changes.
 TEST(Traversals, SeeTheSamePicture) {
-    const Scene scene = load(project_scene("cornell-box.xml"), {}, 48, 48);
-    for (const Method method : {Method::path, Method::irradiance}) {
+    for (const Method method : {Method::path, Method::irradiance, Method::radiance}) {
+        const char* const name = method == Method::radiance ? "glossy-box.xml" : "cornell-box.xml";
+        const Scene scene = load(project_scene(name), {}, 48, 48);
         RenderSettings settings;
         settings.method = method;
         settings.spp = 16;

@@ -2,18 +2,10 @@
 // not plainly diffuse against path tracing of the same scene.
 #include <cmath>
 
-#include "render_fixture.h"
+#include "room.h"
 
 namespace irradia::test {
 namespace {
-
-std::string sensor(int size, const std::string& origin, const std::string& target, double fov) {
-    return R"(<sensor type="perspective"><float name="fov" value=")" + std::to_string(fov) +
-           R"("/><transform name="to_world"><lookat origin=")" + origin + R"(" target=")" + target +
-           R"(" up="0,1,0"/></transform><film type="hdrfilm"><integer name="width" value=")" + std::to_string(size) +
-           R"("/><integer name="height" value=")" + std::to_string(size) +
-           R"("/><rfilter type="box"/></film></sensor>)";
-}
 
 // ---- white surroundings
 // ----------------------------------------------------------------------------------------------
@@ -93,75 +85,6 @@ TEST(WhiteFurnaceOnAverage, GlassShowsNothingAndRoughSurfacesDarkenOnly) {
 }
 
 // ---- the caches against path tracing -------------------------------------------------------------------------------
-
-// A closed room of grey walls under a lamp, `floor` its floor, `things` in it.
-std::string room(const std::string& floor, const std::string& things) {
-    const std::string grey =
-        R"(<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value=".6,.55,.5"/></bsdf></bsdf>)";
-    const auto wall = [&](const std::string& transform, const std::string& bsdf) {
-        return R"(<shape type="rectangle"><transform name="to_world">)" + transform + "</transform>" + bsdf +
-               "</shape>";
-    };
-    return R"(<scene version="3.0.0">)" + sensor(64, "0,0.2,2.9", "0,-.35,0", 50) +
-           wall(R"(<rotate x="1" angle="-90"/><translate y="-1"/>)", floor) +
-           wall(R"(<rotate x="1" angle="90"/><translate y="1"/>)", grey) + wall(R"(<translate z="-1"/>)", grey) +
-           wall(R"(<rotate y="1" angle="90"/><translate x="-1"/>)", grey) +
-           wall(R"(<rotate y="1" angle="-90"/><translate x="1"/>)", grey) +
-           R"(<shape type="rectangle"><transform name="to_world"><scale value=".25"/><rotate x="1" angle="90"/>
-              <translate y=".98"/></transform><bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf>
-              <emitter type="area"><rgb name="radiance" value="12"/></emitter></shape>)" +
-           things + "</scene>";
-}
-
-const char* const grey_floor =
-    R"(<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value=".5"/></bsdf></bsdf>)";
-
-struct Comparison {
-    double bias = 0, rmse = 0, noise = 0;  // relative to the mean; noise: standard error of bias
-    std::uint64_t records = 0;
-};
-
-// The picture by irradiance caching against the mean of path-traced ones. Pixels are clamped (both sides alike) so that
-// caustics' fireflies do not hide everything else.
-Comparison compare(const Scene& scene, RenderSettings settings = {}) {
-    constexpr int parts = 4;
-    Device device({});
-    std::vector<std::vector<float>> paths;
-    for (int i = 0; i < parts; ++i) {
-        RenderSettings s;
-        s.method = Method::path;
-        s.spp = 256;
-        s.seed = 100 + static_cast<unsigned>(i);
-        paths.push_back(render(scene, device, s).image.layers[0].data);
-    }
-    settings.spp = 64;
-    const RenderResult result = render(scene, device, settings);
-    const std::vector<float>& cached = result.image.layers[0].data;
-    Comparison c;
-    c.records = result.statistics.records;
-    double reference = 0, squares = 0, difference = 0;
-    double part_means[parts] = {};
-    for (std::size_t i = 0; i < cached.size(); ++i) {
-        double mean = 0, product = 0, part[parts];
-        for (int k = 0; k < parts; ++k) {
-            part[k] = static_cast<double>(paths[static_cast<std::size_t>(k)][i]);
-            mean += part[k] / parts;
-            part_means[k] += part[k];
-        }
-        const double x = static_cast<double>(cached[i]);
-        for (int k = 0; k < parts; k += 2) product += (x - part[k]) * (x - part[k + 1]) / (parts / 2);
-        reference += mean;
-        difference += x - mean;
-        squares += product;
-    }
-    const double n = static_cast<double>(cached.size());
-    c.bias = difference / reference;
-    c.rmse = std::sqrt(std::max(squares / n, 0.0)) / (reference / n);
-    double spread = 0;
-    for (const double m : part_means) spread += (m - reference) * (m - reference);
-    c.noise = std::sqrt(spread / (parts * (parts - 1.0))) / reference;
-    return c;
-}
 
 struct Hard {
     const char* name;
