@@ -36,8 +36,13 @@ IR_FN lanes lobe_weights(const Lobe* lobe, LaneVector w, lanes cosine, lanes* sc
     h.z = w.z + lobe->o.z;
     const lanes inverse = 1.0f / sqrt(max(lanes_dot(h, h), 1e-12f));
     const lanes c = lanes_dot3(h, lobe->o) * inverse;  // between view and facet
-    const lanes nh = lanes_dot3(h, lobe->n) * inverse;
-    const lanes nh2 = nh * nh, sin2 = max(1.0f - nh2, 0.0f);
+    const lanes along = lanes_dot3(h, lobe->n);
+    const lanes nh = along * inverse, nh2 = nh * nh;
+    // The part of h in the surface: 1 - nh2 would be good to 2^-24 / alpha2 only, 3e-4 of the weight at roughness .05.
+    h.x -= along * lobe->n.x;
+    h.y -= along * lobe->n.y;
+    h.z -= along * lobe->n.z;
+    const lanes sin2 = lanes_dot(h, h) * (inverse * inverse);
     const float a2 = lobe->alpha2;
     const lanes tan2 = a2 * max(1.0f - cosine * cosine, 0.0f) / (cosine * cosine);
     lanes weight;
