@@ -65,7 +65,7 @@ struct RenderSettings {
     float trace_below = 0.15f;                  ///< lobes of less roughness are traced, [0, 1]
     float harmonics_from = 2.0f;    ///< automatic: lobes of at least this roughness are answered by harmonics
     int harmonics_order = 5;        ///< bands of the harmonics, 1 to 12: order² coefficients a channel
-    int lobe_table = 64;            ///< entries over the view's cosine of each lobe's table, 4 to 1024
+    int lobe_table = 64;            ///< entries over the view's angle of each lobe's table, 4 to 1024
     float glossy_accuracy = 0.2f;   ///< radiance records reach this much of the harmonic mean distance
     float glossy_reach = 0.3f;      ///< lobes of at least this roughness use records to their full support
     float glossy_spread = 0.1f;     ///< records that disagree by more than this want another between them; 0 = off

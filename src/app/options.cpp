@@ -292,7 +292,7 @@ void declare_radiance(CLI::App& app, RenderSettings& s) {
     cache.value("--order", s.harmonics_order, "N", "Bands of the harmonics: N^2 coefficients a channel")
         ->check(CLI::Range(1, largest_harmonics_order))
         ->default_str(std::to_string(s.harmonics_order));
-    cache.value("--lobe-table", s.lobe_table, "N", "Entries of each lobe's table over the cosine of the view")
+    cache.value("--lobe-table", s.lobe_table, "N", "Entries of each lobe's table over the angle of the view")
         ->check(CLI::Range(4, 1024))
         ->default_str(std::to_string(s.lobe_table));
     cache

@@ -34,7 +34,7 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
     : run_(run), records_(run.device, settings), hemispheres_(run, Hemispheres::radiance_records) {
     const RenderSettings& s = run.settings;
     parameters_.stride = static_cast<std::uint32_t>(stride_of(s));
-    parameters_.cosines = static_cast<std::uint32_t>(s.lobe_table);
+    parameters_.angles = static_cast<std::uint32_t>(s.lobe_table);
     parameters_.alphas = table_alphas;
     parameters_.trace_below = s.glossy == GlossyRule::traced ? unlimited : s.trace_below;
     parameters_.harmonics_from = s.glossy == GlossyRule::harmonics ? 0.0f
@@ -64,7 +64,7 @@ void RadianceCache::tabulate() {
         if (!has_lobe(materials[i]) || (alphas(materials[i]) == 1 && materials[i].alpha_u < parameters_.trace_below))
             continue;
         offsets[i] = floats;
-        floats += parameters_.cosines * alphas(materials[i]) * entry;
+        floats += parameters_.angles * alphas(materials[i]) * entry;
     }
     offsets_ = run_.device.upload(offsets);
     tables_ = run_.device.allocate(floats * sizeof(float));
@@ -82,7 +82,7 @@ void RadianceCache::tabulate() {
             .arg(i)
             .arg(offsets[i])
             .arg(rows)
-            .run(group_count(static_cast<std::size_t>(parameters_.cosines) * rows, group), group);
+            .run(group_count(static_cast<std::size_t>(parameters_.angles) * rows, group), group);
     }
     run_.device.finish();
 }

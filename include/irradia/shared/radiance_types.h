@@ -25,7 +25,7 @@ using uint = std::uint32_t;
 typedef struct RadianceParameters {
     uint stride;           // directions of a record, rounded up to whole vectors
     uint order;            // of the harmonics; 0: records have none
-    uint cosines;          // entries of the lobes' tables over the view's cosine, 0 to 1
+    uint angles;           // entries of the lobes' tables over the view's angle, from the horizon to the normal
     uint alphas;           // entries over the roughness, for materials whose roughness is a texture
     float trace_below;     // lobes of less roughness are traced
     float harmonics_from;  // lobes of at least this roughness are answered by harmonics, others by samples
