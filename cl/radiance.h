@@ -83,45 +83,63 @@ IR_FN LobeQuery lobe_query(const RadianceCache* c, const Surface* f, real3 p) {
     return q;
 }
 
-// Samples of a record at the query point: reproject_sample of reproject.h with everything that depends on the record
-// alone taken out, several at once.
+// Samples of a record as seen from a query point: reproject_sample of reproject.h with everything that depends on the
+// record alone taken out, several at once.
+typedef struct SampleLanes {
+    LaneVector w;         // unit directions
+    lanes cosine, solid;  // of the angle to the normal there; proportional to the solid angle
+    lanes r, g, b;        // radiance
+} SampleLanes;
+
+// Samples i, i + 1, ... of the record whose samples begin at s; n: the query's normal. Those whose cosine is at most
+// IR_LEAST_COSINE do not count.
+#define IR_LEAST_COSINE 1e-4f
+IR_FN SampleLanes load_samples(IR_GLOBAL const float* s, uint stride, uint i, real3 to_record, real3 n) {
+    SampleLanes q;
+    LaneVector v, hit_normal;
+    v.x = lanes_load(s, i);
+    v.y = lanes_load(s, stride + i);
+    v.z = lanes_load(s, 2u * stride + i);
+    const lanes least2 = lanes_dot(v, v) * IR_NEAREST2;
+    v.x += to_record.x;
+    v.y += to_record.y;
+    v.z += to_record.z;
+    hit_normal.x = lanes_load(s, 3u * stride + i);
+    hit_normal.y = lanes_load(s, 4u * stride + i);
+    hit_normal.z = lanes_load(s, 5u * stride + i);
+    const lanes square = lanes_dot(v, v), inverse = 1.0f / sqrt(max(square, 1e-30f));
+    q.w.x = v.x * inverse;
+    q.w.y = v.y * inverse;
+    q.w.z = v.z * inverse;
+    q.cosine = lanes_dot3(q.w, n);
+    q.solid = lanes_load(s, 6u * stride + i) * fabs(lanes_dot(hit_normal, q.w)) / max(square, least2);
+    q.r = lanes_load(s, 7u * stride + i);
+    q.g = lanes_load(s, 8u * stride + i);
+    q.b = lanes_load(s, 9u * stride + i);
+    return q;
+}
+
+// The sums of a record's samples at the query point.
 IR_FN LobeSum samples_sum(const RadianceCache* c, uint record, real3 to_record, const LobeQuery* q) {
     const uint stride = c->parameters.stride;
     IR_GLOBAL const float* s = c->samples + (size_t)record * (IR_SAMPLE_FLOATS * stride);
     lanes a = lanes_of(0.0f), b = a, ar = a, ag = a, ab = a, br = a, bg = a, bb = a;
     for (uint i = 0; i < stride; i += IR_LANES) {
-        LaneVector v, n;
-        v.x = lanes_load(s, i);
-        v.y = lanes_load(s, stride + i);
-        v.z = lanes_load(s, 2u * stride + i);
-        const lanes least2 = lanes_dot(v, v) * IR_NEAREST2;
-        v.x += to_record.x;
-        v.y += to_record.y;
-        v.z += to_record.z;
-        n.x = lanes_load(s, 3u * stride + i);
-        n.y = lanes_load(s, 4u * stride + i);
-        n.z = lanes_load(s, 5u * stride + i);
-        const lanes square = lanes_dot(v, v), inverse = 1.0f / sqrt(max(square, 1e-30f));
-        v.x = v.x * inverse;
-        v.y = v.y * inverse;
-        v.z = v.z * inverse;
-        const lanes cosine = lanes_dot3(v, q->lobe.n);
-        const lanes solid = lanes_load(s, 6u * stride + i) * fabs(lanes_dot(n, v)) / max(square, least2);
+        const SampleLanes at = load_samples(s, stride, i, to_record, q->lobe.n);
         lanes schlick;
-        const lanes above = max(cosine, 1e-4f);
-        const lanes f = lanes_select(0.0f, solid * lobe_weights(&q->lobe, v, above, &schlick), cosine > 1e-4f);
-        const lanes r = lanes_load(s, 7u * stride + i), g = lanes_load(s, 8u * stride + i),
-                    bl = lanes_load(s, 9u * stride + i);
+        const lanes above = max(at.cosine, IR_LEAST_COSINE);
+        const lanes f = lanes_select(0.0f, at.solid * lobe_weights(&q->lobe, at.w, above, &schlick),
+                                     at.cosine > IR_LEAST_COSINE);
         a += f;
-        ar += f * r;
-        ag += f * g;
-        ab += f * bl;
+        ar += f * at.r;
+        ag += f * at.g;
+        ab += f * at.b;
         if (q->lobe.eta == 0.0f) {
             const lanes k = f * schlick;
             b += k;
-            br += k * r;
-            bg += k * g;
-            bb += k * bl;
+            br += k * at.r;
+            bg += k * at.g;
+            bb += k * at.b;
         }
     }
     const float sa = lanes_sum(a), sb = lanes_sum(b);

@@ -1,5 +1,6 @@
 // Runs the kernels of cl/formulas_test.cl in float32 on the default device.
 #pragma once
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,21 +14,23 @@ namespace irradia::test {
 /// after themselves at exit, in an order of their own.
 class DeviceEnvironment : public ::testing::Environment {
 public:
-    void TearDown() override { device_.reset(); }
-    Device& get() {
-        if (!device_) device_ = std::make_unique<Device>(DeviceOptions{});
-        return *device_;
+    void TearDown() override { devices_.clear(); }
+    Device& get(const std::string& traversal) {
+        std::unique_ptr<Device>& device = devices_[traversal];
+        if (!device) device = std::make_unique<Device>(DeviceOptions{"", 0, traversal});
+        return *device;
     }
 
 private:
-    std::unique_ptr<Device> device_;
+    std::map<std::string, std::unique_ptr<Device>> devices_;
 };
 inline DeviceEnvironment* const device_environment = [] {
     auto* e = new DeviceEnvironment;
     ::testing::AddGlobalTestEnvironment(e);  // which owns it from now on
     return e;
 }();
-inline Device& device() { return device_environment->get(); }
+/// traversal: see DeviceOptions.
+inline Device& device(const std::string& traversal = "") { return device_environment->get(traversal); }
 
 /// Inputs rounded to float32 once, so that device (float32) and host (double) compute from the same numbers.
 class Inputs {
