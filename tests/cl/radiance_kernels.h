@@ -72,6 +72,29 @@ inline host::Microfacets facets_of(const shared::Material& m, double alpha) {
     return {alpha, alpha, (m.flags & IR_MATERIAL_BECKMANN) != 0};
 }
 
+/// The BSDF times cosine itself over the hemisphere, local frame: visit(direction, its share of each channel). By
+/// midpoints over facets whose slope is roughness x / (1 - x), and azimuth; 512 steps are good to 1e-4 of the sum
+/// (against 2000), most lobes far better.
+template <class F>
+void integrate_lobe(const shared::Material& m, double alpha, real3 wi, const F& visit) {
+    constexpr int steps = 512;
+    const host::Microfacets facets = facets_of(m, alpha);
+    for (int i = 0; i < steps; ++i)
+        for (int j = 0; j < steps; ++j) {
+            const double x = (i + .5) / steps, tangent = alpha * x / (1 - x), z = 1 / std::sqrt(1 + tangent * tangent);
+            const real3 h = to_real3(direction_at(z, 2 * kPi * (j + .5) / steps));
+            const double h_view = host::dot(wi, h);
+            const real3 wo = h * (2 * h_view) - wi;
+            if (!(h_view > 0 && wo.z > 0)) continue;
+            // dw = 4 (h.v) dh, dh = sin dtheta dphi, dtheta = cos^2 dtan
+            const double dh = tangent * z * z * z * alpha / ((1 - x) * (1 - x)) * 2 * kPi / (steps * steps);
+            double c;
+            const double share = facet_lobe(facets, wi, wo, &c) * 4 * h_view * dh;
+            const Vec f = facet_fresnel(m, c);
+            visit(wo, Vec{share * f[0], share * f[1], share * f[2]});
+        }
+}
+
 /// Gauss-Legendre nodes and weights on [0, 1], by Newton's method.
 inline std::vector<std::array<double, 2>> gauss_legendre(int order) {
     std::vector<std::array<double, 2>> out;
