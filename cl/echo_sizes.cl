@@ -89,6 +89,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = (uint)sizeof(RadianceParameters);
     sizes[n++] = IR_OFFSET(RadianceParameters, trace_below);
     sizes[n++] = IR_OFFSET(RadianceParameters, least);
+    sizes[n++] = IR_OFFSET(RadianceParameters, share);
     sizes[n++] = (uint)sizeof(GridParameters);
     sizes[n++] = IR_OFFSET(GridParameters, unit);
     sizes[n++] = IR_OFFSET(GridParameters, slots);

@@ -36,9 +36,21 @@ typedef struct RadianceCache {
     c.lobes = lobe_offsets;               \
     c.parameters = radiance_parameters
 
-// Is the glossy part of f answered by records, rather than traced?
+// The entry of f's lobe in the tables.
+IR_FN LobeEntry surface_lobe_entry(const RadianceCache* c, const Surface* f) {
+    return lobe_entry(c->tables + c->lobes[f->material_index], &c->parameters,
+                      f->material->alpha_texture != IR_NO_TEXTURE, f->alpha_u, dot(f->view, f->ns));
+}
+
+// Is the glossy part of f answered by records, rather than traced? Not if it is narrow, nor if it is but a faint coat on a
+// surface that reflects more by itself: the noise of a few rays does not show there, and records cost as much as elsewhere.
 IR_FN bool caches_lobe(const RadianceCache* c, const Surface* f) {
-    return has_lobe(f) && c->lobes[f->material_index] != IR_NO_LOBE && f->alpha_u >= c->parameters.trace_below;
+    if (!has_lobe(f) || c->lobes[f->material_index] == IR_NO_LOBE || !(f->alpha_u >= c->parameters.trace_below))
+        return false;
+    if (is_zero(f->albedo)) return true;
+    const LobeEntry entry = surface_lobe_entry(c, f);
+    const float lobe = largest_channel(lobe_values(&entry, 0u) * f->specular);
+    return lobe >= c->parameters.share * (lobe + largest_channel(f->albedo));
 }
 
 // What records have to say of one lobe, added up: radiance reflected is `weighted` over `total`, channel by channel.
@@ -76,9 +88,7 @@ IR_FN LobeQuery lobe_query(const RadianceCache* c, const Surface* f, real3 p) {
         q.f0 = make_real3(fresnel_conductor(1.0f, m->eta_r, m->k_r), fresnel_conductor(1.0f, m->eta_g, m->k_g),
                           fresnel_conductor(1.0f, m->eta_b, m->k_b));
     }
-    const bool textured = f->material->alpha_texture != IR_NO_TEXTURE;
-    q.entry = lobe_entry(c->tables + c->lobes[f->material_index], &c->parameters, textured, f->alpha_u,
-                         dot(f->view, f->ns));
+    q.entry = surface_lobe_entry(c, f);
     q.harmonics = asks_harmonics(c, f);
     return q;
 }

@@ -63,11 +63,12 @@ struct RenderSettings {
     int grid_paths = 1 << 18;   ///< paths that fill the grid
     GlossyRule glossy = GlossyRule::automatic;  ///< radiance: how lobes of rough surfaces are answered
     float trace_below = 0.15f;                  ///< lobes of less roughness are traced, [0, 1]
+    float glossy_share = 0.2f;  ///< lobes that reflect less than this share of what their surface reflects are traced
     float harmonics_from = 2.0f;    ///< automatic: lobes of at least this roughness are answered by harmonics
     int harmonics_order = 5;        ///< bands of the harmonics, 1 to 12: order² coefficients a channel
     int lobe_table = 64;            ///< entries over the view's angle of each lobe's table, 4 to 1024
     float glossy_accuracy = 0.2f;   ///< radiance records reach this much of the harmonic mean distance
-    float glossy_reach = 0.3f;      ///< lobes of at least this roughness use records to their full support
+    float glossy_reach = 0.3f;      ///< harmonics: lobes of less roughness use records less far, by the root of the ratio
     float glossy_spread = 0.1f;     ///< records that disagree by more than this want another between them; 0 = off
     float min_spacing = 1.5f;       ///< least support of a record, pixels
     float max_spacing = 30.0f;      ///< largest support of a record, pixels

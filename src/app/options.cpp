@@ -285,6 +285,11 @@ void declare_radiance(CLI::App& app, RenderSettings& s) {
         ->check(roughness)
         ->default_str(text(s.trace_below));
     cache
+        .value("--glossy-share", s.glossy_share, "X",
+               "Lobes that reflect less than X of all that their surface reflects are traced: faint coats")
+        ->check(number("from 0 to 1", [](double x) { return x >= 0 && x <= 1; }))
+        ->default_str(text(s.glossy_share));
+    cache
         .value("--harmonics-from", s.harmonics_from, "ALPHA",
                "auto: lobes of at least this roughness are answered by harmonics; above 1: none")
         ->check(number("from 0 to 2", [](double x) { return x >= 0 && x <= 2; }))
@@ -302,7 +307,7 @@ void declare_radiance(CLI::App& app, RenderSettings& s) {
         ->default_str(text(s.glossy_accuracy));
     cache
         .value("--glossy-reach", s.glossy_reach, "ALPHA",
-               "Lobes of less roughness use radiance records less far, by the root of the ratio")
+               "Harmonics: lobes of less roughness use records less far, by the root of the ratio")
         ->check(roughness)
         ->default_str(text(s.glossy_reach));
     cache

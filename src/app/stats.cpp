@@ -45,6 +45,7 @@ Json settings_json(const Options& o, int spp) {
             {"max_spacing", plain(s.max_spacing)},
             {"glossy", name_of(glossy_names(), s.glossy)},
             {"trace_below", plain(s.trace_below)},
+            {"glossy_share", plain(s.glossy_share)},
             {"harmonics_from", plain(s.harmonics_from)},
             {"harmonics_order", s.harmonics_order},
             {"lobe_table", s.lobe_table},

@@ -42,6 +42,7 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
                                                                    : s.harmonics_from;
     parameters_.full_reach = s.glossy_reach;
     parameters_.spread = s.glossy_spread;
+    parameters_.share = s.glossy_share;
     parameters_.least = s.min_spacing * s.overlap;
     keep_samples_ = s.glossy != GlossyRule::harmonics;
     const auto widest = [](float alpha, const shared::Material& m) {

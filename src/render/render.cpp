@@ -25,6 +25,7 @@ void check(const Scene& scene, const RenderSettings& s) {
                  std::to_string(hi));
     };
     in("roughness below which lobes are traced", s.trace_below, 0, 1);
+    in("share below which lobes are traced", s.glossy_share, 0, 1);
     in("roughness from which harmonics answer", s.harmonics_from, 0, 2);
     in("roughness from which records reach in full", s.glossy_reach, 0, 1);
     in("order of harmonics", static_cast<float>(s.harmonics_order), 1, largest_harmonics_order);

@@ -104,6 +104,7 @@ const std::vector<Expected> kExpected = {
     SIZE(RadianceParameters),
     OFFSET(RadianceParameters, trace_below),
     OFFSET(RadianceParameters, least),
+    OFFSET(RadianceParameters, share),
     SIZE(GridParameters),
     OFFSET(GridParameters, unit),
     OFFSET(GridParameters, slots),

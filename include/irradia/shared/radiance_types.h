@@ -32,7 +32,8 @@ typedef struct RadianceParameters {
     float full_reach;      // lobes of at least this roughness use records to their full support, narrower ones nearer
     float spread;          // records that disagree by more than this, relative to their mean, want another between them
     float least;           // least support of a record, footprints: none is wanted for disagreement below
-    float pad0, pad1, pad2;
+    float share;           // lobes that reflect less than this share of all that the surface reflects are traced
+    float pad0, pad1;
 } RadianceParameters;      // 48 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
