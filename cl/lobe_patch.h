@@ -1,6 +1,6 @@
 // Look-ups of radiance for the samples of a pixel. Samples on one smooth patch share one, at their centroid and for their
-// mean view (-D IR_SHARE_LOOKUPS=1), and so do those of later tiles: what a lobe reflects is linear over a pixel up to its
-// second derivative.
+// mean normal and view (-D IR_SHARE_LOOKUPS=1), and so do those of later tiles: what a lobe reflects is linear over a pixel
+// up to its second derivative.
 #ifndef IR_LOBE_PATCH_H
 #define IR_LOBE_PATCH_H
 #include "shade.h"
@@ -12,35 +12,34 @@ typedef struct LobeMemo {  // patches of a pixel that have been looked up
     uint count;
 } LobeMemo;
 
-// May samples on both surfaces share a look-up: the same material and roughness, normals within a degree, the same tangent
-// plane within a twentieth of a pixel, a few pixels apart at most, seen from directions that differ by little of the
-// lobe's width?
+// May samples on both surfaces share a look-up: the same material and roughness, a few pixels apart at most and on one
+// sheet, normals and views that differ by little of the lobe's width?
 IR_FN bool share_lobe(const Surface* a, const Surface* b, float pixel_width) {
 #if IR_SHARE_LOOKUPS
-    if (a->material_index != b->material_index || fabs(a->alpha_u - b->alpha_u) > 0.02f * a->alpha_u ||
-        dot(a->ns, b->ns) < 0.99985f)
-        return false;
-    const real3 apart = b->p - a->p, turn = b->view - a->view;
-    const float width = 0.2f * a->alpha_u;
-    return fabs(dot(a->ns, apart)) <= 0.05f * pixel_width && length(apart) <= 20.0f * pixel_width &&
-           dot(turn, turn) < width * width;
+    const real3 apart = b->p - a->p, turn = b->view - a->view, tilt = b->ns - a->ns;
+    const float width = 0.2f * a->alpha_u, distance = length(apart);
+    return a->material_index == b->material_index && fabs(a->alpha_u - b->alpha_u) <= 0.02f * a->alpha_u &&
+           dot(tilt, tilt) < width * width && dot(turn, turn) < width * width && distance <= 20.0f * pixel_width &&
+           fabs(dot(a->ns, apart)) <= 0.05f * pixel_width + width * distance;
 #else
     return false;
 #endif
 }
 
-// Surface of sample i with the means of position and view over all samples of the tile that share its look-up.
+// Surface of sample i with the means of position, normal and view over all samples of the tile that share its look-up.
 IR_FN Surface lobe_patch(const TileSample* samples, uint i, uint count, float pixel_width) {
     Surface f = samples[i].surface;
-    real3 p = f.p, view = f.view;
+    real3 p = f.p, n = f.ns, view = f.view;
     float members = 1.0f;
     for (uint j = i + 1u; j < count; ++j) {
         if (is_zero(samples[j].throughput) || !share_lobe(&samples[i].surface, &samples[j].surface, pixel_width)) continue;
         p += samples[j].surface.p;
+        n += samples[j].surface.ns;
         view += samples[j].surface.view;
         members += 1.0f;
     }
     f.p = p * (1.0f / members);
+    f.ns = normalize(n);
     f.view = normalize(view);
     return f;
 }
