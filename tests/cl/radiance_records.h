@@ -13,8 +13,7 @@ struct PlacedRecord {
     std::uint32_t coat = 0;
 };
 
-/// A hemisphere of cell centres (or jittered cells, if there is `random`) that light comes into from infinitely far
-/// away; radiance(w), local frame, is RGB.
+/// A hemisphere of cell centres that light comes into from infinitely far away; radiance(w), local frame, is RGB.
 template <class F>
 Hemisphere environment(real3 normal, unsigned m, unsigned n, const F& radiance) {
     Hemisphere h{m, n, host::make_frame(normal), {}};
@@ -212,10 +211,13 @@ private:
 
 /// The room of hemisphere_cells.json (six walls of different grey), in colour: red as it is, green its negative, blue
 /// constant.
-inline std::vector<Rectangle> coloured_room() {
-    for (const json& c : load_vectors("hemisphere_cells", "cases"))
-        if (c["name"] == "room_mid") return rectangles_of(c);
-    throw std::runtime_error("hemisphere_cells.json has no room_mid");
+inline const std::vector<Rectangle>& coloured_room() {
+    static const std::vector<Rectangle> room = [] {
+        for (const json& c : load_vectors("hemisphere_cells", "cases"))
+            if (c["name"] == "room_mid") return rectangles_of(c);
+        throw std::runtime_error("hemisphere_cells.json has no room_mid");
+    }();
+    return room;
 }
 inline PlacedRecord room_record(real3 p, real3 normal, unsigned m, unsigned n, std::mt19937& random,
                                 double support = 1) {
