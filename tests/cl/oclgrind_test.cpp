@@ -22,6 +22,16 @@ const Names kUngridded{"find_misses",       "sample_hemispheres", "clamp_new_rec
 const Names kIrradiance{"trace_grid_paths", "merge_grid_level",   "count_grid_answers", "grid_means",
                         "find_misses",      "sample_hemispheres", "clamp_new_records",  "clamp_old_records",
                         "insert_records",   "shade_pixels"};
+const Names kRadianceSamples = [] {
+    Names names = kIrradiance;
+    names.insert("tabulate_lobes");
+    return names;
+}();
+const Names kRadianceHarmonics = [] {
+    Names names = kRadianceSamples;
+    names.insert("project_harmonics");
+    return names;
+}();
 const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "shade_pixels"};
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
@@ -39,6 +49,8 @@ const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
 
 const Names kLights{"test_light_samples", "test_environment", "test_area_light"};
 const Names kTextures{"test_textures"};
+const Names kRadianceTests{"insert_records",    "project_harmonics",    "tabulate_lobes",  "test_lobe_values",
+                           "test_lobe_weights", "test_radiance_lookup", "test_record_sums"};
 const Names kBsdfs{"test_bsdf_evaluate", "test_bsdf_at", "test_bsdf_sample", "test_microfacets", "test_fresnel"};
 
 /// The first and last line of function `name` of the device code `file`.
@@ -145,6 +157,24 @@ protected:
         return std::string(IRRADIA_SOURCE_DIR) + "/scenes/" + name + ".xml";
     }
 
+    /// Rough surfaces of each kind that radiance records answer.
+    std::string glossy_scene() const {
+        std::ofstream(in_folder("glossy.xml")) << R"(<scene version="3.0.0">
+<sensor type="perspective"><float name="fov" value="50"/>
+    <transform name="to_world"><lookat origin="0, 2, 5" target="0, 0.7, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><rfilter type="gaussian"/></film></sensor>
+<shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate x="1" angle="-90"/></transform>
+    <bsdf type="roughplastic"><rgb name="diffuse_reflectance" value="0.4"/><float name="alpha" value="0.3"/></bsdf></shape>
+<shape type="rectangle"><transform name="to_world"><scale value="3"/><translate z="-1.5"/></transform>
+    <bsdf type="roughconductor"><string name="material" value="Cu"/><float name="alpha" value="0.4"/></bsdf></shape>
+<shape type="sphere"><point name="center" x="0.5" y="0.5" z="1"/><float name="radius" value="0.5"/>
+    <bsdf type="diffuse"/></shape>
+<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
+    <emitter type="area"><rgb name="radiance" value="3, 2, 1"/></emitter></shape>
+</scene>)";
+        return in_folder("glossy.xml");
+    }
+
     /// A scene that needs everything that kernels are specialised by: textures, analytic surfaces, smooth normals,
     /// an environment, lights at points, a textured light; and area lights of both kinds.
     std::string whole_scene() const {
@@ -227,6 +257,24 @@ TEST_F(Oclgrind, IrradianceWithoutRefinements) {
            kUnclamped);
 }
 
+// Both representations, hemispheres of one tile; records' cells fill whole vectors or not.
+TEST_F(Oclgrind, RadianceBySamples) {
+    for (const std::string traversal : {"cpu", "gpu"})
+        render(glossy_scene(), traversal,
+               {"--method", "radiance", "--glossy", "samples", "--trace-below", "0.05", "--width", "8", "--height", "4",
+                "--hemisphere", "3x7", "--spp", "1", "--grid-paths", "64", "--lobe-table", "4"},
+               kRadianceSamples);
+}
+
+TEST_F(Oclgrind, RadianceByHarmonics) {
+    for (const std::string traversal : {"cpu", "gpu"})
+        render(glossy_scene(), traversal,
+               {"--method",     "radiance", "--glossy",     "harmonics", "--order",      "3",   "--trace-below", "0.05",
+                "--width",      "8",        "--height",     "4",         "--hemisphere", "4x4", "--spp",         "1",
+                "--grid-paths", "64",       "--lobe-table", "4"},
+               kRadianceHarmonics);
+}
+
 TEST_F(Oclgrind, Gather) {
     const std::vector<std::string> options{"--method", "gather",       "--width", "3",     "--height",
                                            "3",        "--hemisphere", "4x8",     "--spp", "1"};
@@ -266,6 +314,10 @@ TEST_F(Oclgrind, Lights) {
 TEST_F(Oclgrind, Bsdfs) {
     check(TEST_BSDFS, {"--gtest_filter=Bsdf.IsDark*:Bsdf.TurnsBrushes*:BsdfFormulas.F*:BsdfMaps.OfNo*"}, kBsdfs);
 }
+TEST_F(Oclgrind, RadianceRecords) {
+    check(TEST_RADIANCE, {"--gtest_filter=*SpreadIsTheMeanDeviation*:*SurvivesContact*:*OfATable*:*OfOneView*"},
+          kRadianceTests);
+}
 TEST_F(Oclgrind, Textures) { check(DEVICE_TEXTURE_TEST, {"--gtest_filter=DeviceTextures.Checker*"}, kTextures); }
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
@@ -279,8 +331,9 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
-    for (const Names& names : {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache,
-                               kEchoSizes, kGrid, kShapes, kLights, kBsdfs, kTextures})
+    for (const Names& names :
+         {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes, kGrid,
+          kShapes, kLights, kBsdfs, kTextures, kRadianceHarmonics, kRadianceTests})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {

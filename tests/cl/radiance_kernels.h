@@ -120,11 +120,12 @@ inline std::vector<std::array<double, 2>> gauss_legendre(int order) {
 /// The materials and their tables, as RadianceCache makes them.
 class LobeTables {
 public:
-    LobeTables(Device& device, std::vector<shared::Material> materials, std::uint32_t order, std::uint32_t angles = 64)
+    LobeTables(Device& device, std::vector<shared::Material> materials, std::uint32_t order, std::uint32_t angles = 64,
+               std::uint32_t alphas = 24)
         : materials_(std::move(materials)), list_(device.upload(materials_)), device_(device) {
         parameters.order = order;
         parameters.angles = angles;
-        parameters.alphas = 24;
+        parameters.alphas = alphas;
         parameters.harmonics_from = 1e30f;
         parameters.full_reach = 1e-4f;
         std::uint32_t floats = 0;

@@ -102,6 +102,12 @@ TEST_P(RadianceLobe, WeightsAreTheBsdfUpToAFactor) {
                 }
 }
 
+// Few directions: quick enough for oclgrind (oclgrind_test.cpp).
+TEST_P(RadianceLobe, WeightsOfOneView) {
+    for (const auto& m : {coated(1.5, .3), metal("none", .3, true)})
+        expect_proportional(lobe_weights(device(), m, {0, 0, 1}, to_real3(direction_at(.6, 1)), 2), m, 1e-4);
+}
+
 // Schlick's shape of a metal's reflectance, over cosines between view and facet from 0 to 1: how far it is off,
 // relative to the exact reflectance. Figures of these three metals, found by this loop.
 const std::map<std::string, double> kSchlickError{{"Cu", .036}, {"Al", .15}, {"Au", .074}};
@@ -229,6 +235,19 @@ TEST_P(RadianceLobe, TablesInterpolateOverTheRoughness) {
                     EXPECT_LE(std::max(error[0], error[1]), tolerance) << "row " << row << " step " << step;
                 }
     }
+}
+
+// Rounding may ask beyond the table: its outermost entries answer.
+TEST_P(RadianceLobe, OutermostEntriesOfATable) {
+    shared::Material textured = metal("none", .3);
+    textured.alpha_texture = 0;
+    LobeTables tables(device(), {textured}, 2, 4, 2);
+    const auto v = tables.values(0, {{true, 1, 1}, {true, 1.1, 1.1}, {true, kLeastAlpha, 0}, {true, .01, -.1}});
+    for (std::size_t k = 0; k < tables.entry(); ++k) {
+        EXPECT_NEAR(v[k], v[tables.entry() + k], 1e-6);
+        EXPECT_NEAR(v[2 * tables.entry() + k], v[3 * tables.entry() + k], 1e-6);
+    }
+    EXPECT_GT(std::abs(v[0] - v[2 * tables.entry()]), 1e-3) << "they differ";
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST_P(RadianceRecord, SamplesAnswerAsInDouble) {
 
 // A point that coincides with what a sample saw: that sample is dropped, the others go on.
 TEST_P(RadianceRecord, SurvivesContact) {
-    LobeTables tables(device(), some_materials(), 0);
+    LobeTables tables(device(), some_materials(), 0, 2);
     const real3 up{0, 0, 1};
     PlacedRecord record = room_record({.7, .8, 0}, up, 4, 8, generator);
     for (HemisphereSample& s : record.h.samples) s.radiance = {1, 2, 3};
@@ -287,7 +287,7 @@ TEST_P(RadianceRecord, OthersDoNotApply) {
 
 // Two records at equal distance that say 1 and 3: their mean is 2, they differ from it by half of it.
 TEST_P(RadianceRecord, SpreadIsTheMeanDeviation) {
-    LobeTables tables(device(), {metal("none", .4), coated(1.5, .4)}, 3);
+    LobeTables tables(device(), {metal("none", .4), coated(1.5, .4)}, 3, 2);
     const real3 up{0, 0, 1}, view = to_real3(direction_at(.7, 1));
     RadianceRecords records(
         device(), tables,
