@@ -135,21 +135,21 @@ const std::string glossy = R"(<string name="distribution" value="ggx"/><float na
 INSTANTIATE_TEST_SUITE_P(
     Hard, CachedSurfaces,
     ::testing::Values(
-        Hard{"corners", grey_floor, "", 0.01, 0.05}, Hard{"sphere", grey_floor, sphere(grey_floor), 0.01, 0.06},
-        Hard{"plastic", plastic("plastic", ""), "", 0.01, 0.06},
-        Hard{"rough_plastic", plastic("roughplastic", glossy), sphere(plastic("roughplastic", glossy)), 0.01, 0.06},
+        Hard{"corners", grey_floor, "", 0.006, 0.011}, Hard{"sphere", grey_floor, sphere(grey_floor), 0.006, 0.014},
+        Hard{"plastic", plastic("plastic", ""), "", 0.006, 0.029},
+        Hard{"rough_plastic", plastic("roughplastic", glossy), sphere(plastic("roughplastic", glossy)), 0.006, 0.021},
         Hard{"mirror", grey_floor,
              R"(<shape type="rectangle"><transform name="to_world"><scale value=".7"/><rotate y="1" angle="80"/>
                 <translate x="-.9" y="-.2"/></transform><bsdf type="twosided"><bsdf type="conductor"/></bsdf></shape>)",
-             0.01, 0.08},
+             0.01, 0.032},
         Hard{"metal", grey_floor,
-             sphere(R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>)" + glossy + "</bsdf>"), 0.015,
-             0.12},
-        Hard{"bumped", bumps() + grey_floor + "</bsdf>", "", 0.01, 0.06},
+             sphere(R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>)" + glossy + "</bsdf>"), 0.006,
+             0.021},
+        Hard{"bumped", bumps() + grey_floor + "</bsdf>", "", 0.006, 0.01},
         Hard{"checkerboard",
              R"(<bsdf type="twosided"><bsdf type="diffuse"><texture name="reflectance" type="checkerboard">
                 <transform name="to_uv"><scale value="4"/></transform></texture></bsdf></bsdf>)",
-             "", 0.01, 0.05}),
+             "", 0.006, 0.012}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 // What is seen in a flat mirror is spaced by its image's pixels: a mirror that doubles the room's visible part adds

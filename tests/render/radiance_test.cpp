@@ -55,18 +55,18 @@ TEST_P(CachedLobes, AgreeWithPathTracing) {
 INSTANTIATE_TEST_SUITE_P(
     Rooms, CachedLobes,
     ::testing::Values(
-        Glossy{"metal_samples", conductor(".3"), "", GlossyRule::samples, 0.01, 0.05},
-        Glossy{"metal_harmonics", conductor(".3"), "", GlossyRule::harmonics, 0.01, 0.06},
-        Glossy{"metal_traced", conductor(".3"), "", GlossyRule::traced, 0.01, 0.06},
-        Glossy{"plastic_samples", plastic(".2"), ball(plastic(".2")), GlossyRule::samples, 0.01, 0.05},
-        Glossy{"plastic_harmonics", plastic(".4"), ball(plastic(".4")), GlossyRule::harmonics, 0.01, 0.05},
-        Glossy{"beckmann_samples", plastic(".3", "beckmann"), "", GlossyRule::samples, 0.01, 0.05},
-        Glossy{"curved_samples", grey_floor, ball(conductor(".25", "Al")), GlossyRule::samples, 0.01, 0.06},
+        Glossy{"metal_samples", conductor(".3"), "", GlossyRule::samples, 0.005, 0.018},
+        Glossy{"metal_harmonics", conductor(".3"), "", GlossyRule::harmonics, 0.005, 0.029},
+        Glossy{"metal_traced", conductor(".3"), "", GlossyRule::traced, 0.005, 0.035},
+        Glossy{"plastic_samples", plastic(".2"), ball(plastic(".2")), GlossyRule::samples, 0.005, 0.02},
+        Glossy{"plastic_harmonics", plastic(".4"), ball(plastic(".4")), GlossyRule::harmonics, 0.005, 0.017},
+        Glossy{"beckmann_samples", plastic(".3", "beckmann"), "", GlossyRule::samples, 0.005, 0.018},
+        Glossy{"curved_samples", grey_floor, ball(conductor(".25", "Al")), GlossyRule::samples, 0.005, 0.015},
         Glossy{"textured_roughness",
                R"(<bsdf type="twosided"><bsdf type="roughconductor"><string name="material" value="Al"/>
                 <texture name="alpha" type="checkerboard"><rgb name="color0" value=".2"/><rgb name="color1" value=".5"/>
                 <transform name="to_uv"><scale value="3"/></transform></texture></bsdf></bsdf>)",
-               "", GlossyRule::samples, 0.01, 0.05}),
+               "", GlossyRule::samples, 0.005, 0.029}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 // ---- a constant surrounding ----------------------------------------------------------------------------------------
