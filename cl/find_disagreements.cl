@@ -14,9 +14,10 @@ IR_KERNEL void find_disagreements(IR_SCENE_ARGS, IR_RADIANCE_ARGS, IR_GLOBAL Sha
     const uint pixel = first_pixel + slot;
     Seen seen;
     if (!see_pixel(&s, pixel, &seen) || !caches_lobe(&radiance, &seen.surface)) return;
-    ShadingPoint q = make_lobe_point(info, &seen.surface, seen.direction, seen.depth, pixel);
     float least;
     if (!(radiance_spread(&radiance, &seen.surface, &least) > radiance_parameters.spread)) return;
-    q.largest = 0.5f * least;
-    if (q.largest > radiance_parameters.least * q.footprint) lobe_points[slot] = q;
+    const float footprint = pixel_footprint(info, seen.direction, seen.depth, seen.surface.ng);
+    if (!(0.5f * least > radiance_parameters.least * footprint)) return;
+    lobe_points[slot] = make_shading_point(info, &seen.surface, seen.direction, seen.depth, pixel, true);
+    lobe_points[slot].largest = 0.5f * least;
 }

@@ -30,8 +30,8 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
     const Surface* f = &seen.surface;
 #if IR_LOBES
     if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f))
-        lobe_points[block] = make_lobe_point(info, f, seen.direction, seen.depth, pixel);
+        lobe_points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, true);
 #endif
     if (!is_diffuse(f) || cache_covers(&cache, f->p, f->ns, coat_of(f))) return;
-    points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel);
+    points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
 }

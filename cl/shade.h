@@ -33,7 +33,7 @@ IR_FN bool wants_lookup(const TileSample* t) { return !is_zero(t->weight); }
 
 // The sample's surface as a point that wants a record.
 IR_FN ShadingPoint sample_point(const SceneData* s, const TileSample* t, uint pixel) {
-    return make_shading_point(s->info, &t->surface, t->direction, t->depth, pixel);
+    return make_shading_point(s->info, &t->surface, t->direction, t->depth, pixel, false);
 }
 
 // Camera rays of samples first .. first + count - 1, and the random numbers of their light samples.

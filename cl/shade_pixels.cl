@@ -118,8 +118,8 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
         sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests != 0u, edges_left(edges, 1u), &rng, &memo,
                                    &uncovered, &rays);
         if (uncovered < count && lobe_points[slot].state == IR_POINT_NONE)
-            lobe_points[slot] = make_lobe_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
-                                                samples[uncovered].depth, pixel);
+            lobe_points[slot] = make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
+                                                   samples[uncovered].depth, pixel, true);
 #endif
     }
     pixel_store(&sum, film, slot);

@@ -16,9 +16,10 @@ IR_FN float view_depth(const IR_GLOBAL SceneInfo* info, real3 direction, float t
     return t * dot(direction, make_real3(info->camera.forwardx, info->camera.forwardy, info->camera.forwardz));
 }
 
-// Surface f, found by a ray of `direction`, as a point that wants a record.
+// Surface f, found by a ray of `direction`, as a point that wants a record: of irradiance (of the light that passes its
+// coat and its bumps), or, `lobe`, of radiance (of all that arrives).
 IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float depth,
-                                      uint pixel) {
+                                      uint pixel, const bool lobe) {
     ShadingPoint q;
     q.px = f->p.x;
     q.py = f->p.y;
@@ -30,13 +31,13 @@ IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Sur
     q.footprint = pixel_footprint(info, direction, depth, f->ng);
     real3 g = f->ng;
 #if IR_FEATURES & IR_FEATURE_BUMPS
-    if (f->bumped) {
+    if (f->bumped && !lobe) {
         g = f->base;
         q.state |= IR_POINT_BUMPED;
     }
 #endif
 #if IR_FEATURES & IR_FEATURE_BSDFS
-    if (coat_of(f) != 0u) q.state |= IR_POINT_COATED(f->material_index);
+    if (!lobe && coat_of(f) != 0u) q.state |= IR_POINT_COATED(f->material_index);
 #endif
     q.gx = g.x;
     q.gy = g.y;
@@ -50,14 +51,6 @@ IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Sur
     q.step_y = step.y;
     q.step_z = step.z;
     q.largest = q.pad0 = q.pad1 = q.pad2 = 0.0f;
-    return q;
-}
-
-// The same for a radiance record: of all light that arrives, whatever a coat lets through.
-IR_FN ShadingPoint make_lobe_point(const IR_GLOBAL SceneInfo* info, const Surface* f, real3 direction, float depth,
-                                   uint pixel) {
-    ShadingPoint q = make_shading_point(info, f, direction, depth, pixel);
-    q.state = IR_POINT_MISS;
     return q;
 }
 #endif

@@ -55,6 +55,15 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--grid-paths",
                                                "--firefly",
                                                "--no-share-lookups",
+                                               "--glossy",
+                                               "--trace-below",
+                                               "--glossy-share",
+                                               "--harmonics-from",
+                                               "--order",
+                                               "--lobe-table",
+                                               "--glossy-accuracy",
+                                               "--glossy-reach",
+                                               "--glossy-spread",
                                                "--no-specialise",
                                                "--device",
                                                "--list-devices",
@@ -84,6 +93,15 @@ TEST_F(RenderCommand, HelpStatesTheDefaultsOfRenderSettings) {
               std::to_string(defaults.hemisphere_m) + "x" + std::to_string(defaults.hemisphere_n));
     EXPECT_EQ(std::stoi(default_of("  --max-depth")), defaults.max_depth);
     EXPECT_EQ(default_of("  --method"), "irradiance");
+    EXPECT_EQ(default_of("  --glossy"), "auto");
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --trace-below")), defaults.trace_below);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --glossy-share")), defaults.glossy_share);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --harmonics-from")), defaults.harmonics_from);
+    EXPECT_EQ(std::stoi(default_of("  --order")), defaults.harmonics_order);
+    EXPECT_EQ(std::stoi(default_of("  --lobe-table")), defaults.lobe_table);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --glossy-accuracy")), defaults.glossy_accuracy);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --glossy-reach")), defaults.glossy_reach);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --glossy-spread")), defaults.glossy_spread);
 }
 
 TEST_F(RenderCommand, ReadmeTablesNameOnlyOptionsThatExist) {
@@ -119,9 +137,18 @@ TEST_F(RenderCommand, WrongCommandLinesExitWithTwo) {
         {{kScene, "-o", "a.exr", "--overlap", "0.9"}, "'0.9' is not a number of at least 1"},
         {{kScene, "-o", "a.exr", "--max-depth", "0"}, "--max-depth"},
         {{kScene, "-o", "a.exr", "--hemisphere", "16"}, "'16' is not MxN"},
+        {{kScene, "-o", "a.exr", "--glossy", "wavelets"}, "auto|samples|harmonics|traced"},
+        {{kScene, "-o", "a.exr", "--trace-below", "1.5"}, "from 0 to 1"},
+        {{kScene, "-o", "a.exr", "--harmonics-from", "-1"}, "from 0 to 2"},
+        {{kScene, "-o", "a.exr", "--glossy-share", "nan"}, "from 0 to 1"},
+        {{kScene, "-o", "a.exr", "--order", "13"}, "12"},
+        {{kScene, "-o", "a.exr", "--order", "0"}, "1 - 12"},
+        {{kScene, "-o", "a.exr", "--lobe-table", "2"}, "4 - 1024"},
+        {{kScene, "-o", "a.exr", "--glossy-accuracy", "0"}, "above 0"},
+        {{kScene, "-o", "a.exr", "--glossy-spread", "-1"}, "at least 0"},
         {{kScene, "-o", "a.exr", "--hemisphere", "16x"}, "'16x' is not MxN"},
         {{kScene, "-o", "a.exr", "--hemisphere", "0x4"}, "'0x4' is not MxN"},
-        {{kScene, "-o", "a.exr", "--method", "photon"}, "irradiance|gather|path"},
+        {{kScene, "-o", "a.exr", "--method", "photon"}, "irradiance|radiance|gather|path"},
         {{kScene, "-o", "a.exr", "--radius", "mean"}, "harmonic|minimum|hessian"},
         {{kScene, "-o", "a.exr", "--aov", "direct,shadow"}, "'shadow'"},
         {{kScene, "-o", "a.exr", "--traversal", "tpu"}, "--traversal"},
