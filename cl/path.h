@@ -45,7 +45,7 @@ IR_FN float shadow_distance(const Surface* f, const LightSample* l) {
 }
 
 // Next-event estimation at `f` by random numbers u0, u1.
-IR_CALL_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
+IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
     const LightSample l = sample_light(s, f->p, f->ns, u0, u1);
     const real3 radiance = light_sample_radiance(s, f, &l, mis);
     if (is_zero(radiance)) return radiance;
@@ -121,8 +121,8 @@ IR_FN PathState path_from(Surface f, float distance) {
 // The BSDF's sample at a vertex: adds the light that it happens to find to *sum and moves on; false if the path ends.
 // `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
 // `roulette`: the path may end by chance, more likely the less it still carries.
-// Not IR_CALL_FN: as a function of its own that calls others, NVIDIA's compiler (driver 570 to 580, H100 and H200) made
-// code that, once in about a billion paths, left its memory.
+// Neither this nor next_event is IR_CALL_FN: where functions of their own call others, NVIDIA's compiler (driver 580.159,
+// H100 and H200) lays their frames over each other, and made code that left its memory, once in a billion paths or at once.
 IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     Bounce b;
