@@ -1,17 +1,19 @@
 // After the iterations of radiance caching: where the records that answer a pixel's lobe disagree about what it reflects,
 // another one is wanted between them, of half the reach of the least of them. The host picks some of the points that are
-// left in `lobe_points`, has records made there, and asks again.
+// left in `lobe_points`, has records made there, and asks again. Every other pixel of every other row is asked: a record
+// serves many.
 #include "radiance.h"
 #include "see_pixel.h"
 
-IR_KERNEL void find_disagreements(IR_SCENE_ARGS, IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint* lobe_points, uint first_pixel,
-                                  uint pixel_count) {
+IR_KERNEL void find_disagreements(IR_SCENE_ARGS, IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint* lobe_points, uint first,
+                                  uint count) {
     const uint slot = IR_GLOBAL_ID;
-    if (slot >= pixel_count) return;
+    if (slot >= count) return;
     IR_SCENE_INIT(s);
     IR_RADIANCE_INIT(radiance);
     lobe_points[slot].state = IR_POINT_NONE;
-    const uint pixel = first_pixel + slot;
+    const uint columns = (info->width + 1u) / 2u;
+    const uint pixel = (first + slot) / columns * 2u * info->width + (first + slot) % columns * 2u;
     Seen seen;
     if (!see_pixel(&s, pixel, &seen) || !caches_lobe(&radiance, &seen.surface)) return;
     float least;

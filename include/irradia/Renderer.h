@@ -64,7 +64,7 @@ struct RenderSettings {
     GlossyRule glossy = GlossyRule::automatic;  ///< radiance: how lobes of rough surfaces are answered
     float trace_below = 0.15f;                  ///< lobes of less roughness are traced, [0, 1]
     float glossy_share = 0.2f;  ///< lobes that reflect less than this share of what their surface reflects are traced
-    float harmonics_from = 2.0f;    ///< automatic: lobes of at least this roughness are answered by harmonics
+    float harmonics_from = 2.0f;     ///< automatic: lobes of at least this roughness are answered by harmonics
     int harmonics_order = 5;        ///< bands of the harmonics, 1 to 12: order² coefficients a channel
     int lobe_table = 64;            ///< entries over the view's angle of each lobe's table, 4 to 1024
     float glossy_accuracy = 0.2f;   ///< radiance records reach this much of the harmonic mean distance

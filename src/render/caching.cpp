@@ -185,10 +185,12 @@ private:
         if (!radiance_ || run_.settings.glossy_spread <= 0 || radiance_->records().size() == 0) return;
         Buffer points = run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint));
         std::vector<shared::ShadingPoint> host(chunk_);
+        const std::size_t asked =
+            (run_.scene.info.width + 1) / 2 * static_cast<std::size_t>((run_.scene.info.height + 1) / 2);
         for (std::uint32_t round = 1; round <= disagreement_rounds; ++round) {
             Missed missed;
-            for (std::size_t first = 0; first < pixels_; first += chunk_) {
-                const std::size_t count = std::min(chunk_, pixels_ - first);
+            for (std::size_t first = 0; first < asked; first += chunk_) {
+                const std::size_t count = std::min(chunk_, asked - first);
                 Kernel kernel = run_.scene_kernel("find_disagreements.cl", "find_disagreements", cache_.defines());
                 radiance_->bind(kernel, false)
                     .arg(points)
@@ -198,7 +200,7 @@ private:
                 run_.device.read(points, host.data(), count * sizeof host[0]);
                 for (std::size_t i = 0; i < count; ++i)
                     if (host[i].state != IR_POINT_NONE) {
-                        missed.pixels.push_back(static_cast<std::uint32_t>(first + i));
+                        missed.pixels.push_back(host[i].pixel);
                         missed.points.push_back(host[i]);
                     }
             }

@@ -44,13 +44,19 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
     parameters_.spread = s.glossy_spread;
     parameters_.share = s.glossy_share;
     parameters_.least = s.min_spacing * s.overlap;
-    keep_samples_ = s.glossy != GlossyRule::harmonics;
-    const auto widest = [](float alpha, const shared::Material& m) {
-        return !has_lobe(m) ? alpha : std::max(alpha, m.alpha_texture == IR_NO_TEXTURE ? m.alpha_u : 1.0f);
-    };
-    float alpha = 0;
-    for (const shared::Material& m : run.scene.materials) alpha = widest(alpha, m);
-    parameters_.order = alpha >= parameters_.harmonics_from ? static_cast<std::uint32_t>(s.harmonics_order) : 0;
+    // Which representations any lobe asks for: a record holds those alone.
+    bool harmonics = false;
+    keep_samples_ = false;
+    for (const shared::Material& m : run.scene.materials) {
+        if (!has_lobe(m)) continue;
+        const bool textured = m.alpha_texture != IR_NO_TEXTURE;
+        const float narrowest = std::max(textured ? 0.0f : m.alpha_u, parameters_.trace_below);
+        const float widest = textured ? 1.0f : m.alpha_u;
+        if (widest < parameters_.trace_below) continue;
+        harmonics = harmonics || widest >= parameters_.harmonics_from;
+        keep_samples_ = keep_samples_ || narrowest < parameters_.harmonics_from;
+    }
+    parameters_.order = harmonics ? static_cast<std::uint32_t>(s.harmonics_order) : 0;
     tabulate();
     grow(1);
 }

@@ -202,7 +202,8 @@ TEST(RadianceRecords, TakeTheBytesThatTheirKindNeeds) {
     const std::uint64_t key_and_value = 48 + 96;
     EXPECT_EQ(bytes(GlossyRule::samples, 5, 2), key_and_value + 10 * 4 * 56);
     EXPECT_EQ(bytes(GlossyRule::harmonics, 5, 2), key_and_value + 9 * 4 * 25);
-    EXPECT_EQ(bytes(GlossyRule::automatic, 3, 0.3f), key_and_value + 10 * 4 * 56 + 9 * 4 * 9);
+    EXPECT_EQ(bytes(GlossyRule::automatic, 3, 0.3f), key_and_value + 9 * 4 * 9);
+    EXPECT_EQ(bytes(GlossyRule::automatic, 5, 0.5f), key_and_value + 10 * 4 * 56);
 }
 
 // Lobes below the threshold are traced; surfaces without a lobe never ask.
