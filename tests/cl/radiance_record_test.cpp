@@ -135,7 +135,7 @@ TEST_P(RadianceRecord, LookUpsWeighRecords) {
                                      room_record({.8, .9, 0}, up, 8, 24, generator, .8)};
     placed[3].coat = 2;  // an irradiance record's
     RadianceRecords records(device(), tables, placed);
-    records.parameters.full_reach = .25f;
+    records.parameters.full_reach = .25f;  // for harmonics: samples are used to their full support by all lobes
     std::vector<Question> questions;
     for (std::uint32_t i = 0; i < some_materials().size(); ++i)
         for (const auto& p : {make_real3(.8, .9, 0), make_real3(.75, 1, 0), make_real3(1.2, 1, 0), make_real3(3, 2, 0)})
@@ -147,9 +147,8 @@ TEST_P(RadianceRecord, LookUpsWeighRecords) {
         const Question& q = questions[i];
         RadianceRecords::Sums sum{};
         double least = kMiss, weights = 0;
-        const double stretch = std::max(std::sqrt(.25 / q.alpha), 1.0);
         for (const PlacedRecord& r : placed) {
-            const double w = weight_of(r, q, stretch);
+            const double w = weight_of(r, q, 1);
             if (w == 0) continue;
             const auto one = sums_in_double(r, tables.material(q.material), q);
             sum.weighted += one.weighted * w;
@@ -264,11 +263,12 @@ TEST_P(RadianceRecord, ASpecimenOfEachKindIsTracedOrCached) {
 // Records of a coat's irradiance, of another side, of steps above and below, and narrow lobes' far ones say nothing.
 TEST_P(RadianceRecord, OthersDoNotApply) {
     const std::vector<shared::Material> materials{metal("none", .4), metal("none", .1)};
-    LobeTables tables(device(), materials, 0);
+    LobeTables tables(device(), materials, 3);
     const real3 up{0, 0, 1}, view = to_real3(direction_at(.7, 1)), one{1, 1, 1};
-    const auto answer = [&](PlacedRecord r, std::uint32_t material = 0) {
+    const auto answer = [&](PlacedRecord r, std::uint32_t material = 0, float harmonics_from = 1e30f) {
         RadianceRecords records(device(), tables, {std::move(r)});
         records.parameters.full_reach = .4f;
+        records.parameters.harmonics_from = harmonics_from;
         const auto alpha = static_cast<double>(materials[material].alpha_u);
         return records.look_up({{material, alpha, {.7, .8, 0}, up, view}}).at(0);
     };
@@ -281,8 +281,10 @@ TEST_P(RadianceRecord, OthersDoNotApply) {
     EXPECT_FALSE(answer(furnace_record({.8, .8, .3}, up, one)).found) << "a step above";
     EXPECT_FALSE(answer(furnace_record({.8, .8, -.3}, up, one)).found) << "a step below";
     EXPECT_TRUE(answer(furnace_record({1.3, .8, 0}, up, one)).found) << "wide lobes reach .6";
-    EXPECT_FALSE(answer(furnace_record({1.3, .8, 0}, up, one), 1).found) << "roughness .4 / 4: half as far";
-    EXPECT_TRUE(answer(furnace_record({1.1, .8, 0}, up, one), 1).found);
+    EXPECT_TRUE(answer(furnace_record({1.3, .8, 0}, up, one), 1).found) << "and so do narrow ones, of samples";
+    EXPECT_TRUE(answer(furnace_record({1.3, .8, 0}, up, one), 0, 0).found) << "of harmonics, wide ones";
+    EXPECT_FALSE(answer(furnace_record({1.3, .8, 0}, up, one), 1, 0).found) << "roughness .4 / 4: half as far";
+    EXPECT_TRUE(answer(furnace_record({1.1, .8, 0}, up, one), 1, 0).found);
 }
 
 // Two records at equal distance that say 1 and 3: their mean is 2, they differ from it by half of it.
