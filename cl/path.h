@@ -121,8 +121,9 @@ IR_FN PathState path_from(Surface f, float distance) {
 // The BSDF's sample at a vertex: adds the light that it happens to find to *sum and moves on; false if the path ends.
 // `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
 // `roulette`: the path may end by chance, more likely the less it still carries.
-// Neither this nor next_event is IR_CALL_FN: where functions of their own call others, NVIDIA's compiler (driver 580.159,
-// H100 and H200) lays their frames over each other, and made code that left its memory, once in a billion paths or at once.
+// Neither this nor next_event is IR_CALL_FN: with either a function of its own, kernels left their memory on NVIDIA (driver
+// 580.159, H100 and H200), once in a billion paths or at once. Any change of what is inlined moves it, all inlined it is
+// gone; its compiler keeps the frames of such functions within the kernel's. That is where the fault is suspected.
 IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     Bounce b;
