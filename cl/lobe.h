@@ -8,6 +8,7 @@
 #ifndef IR_LOBE_H
 #define IR_LOBE_H
 #include "bsdf.h"
+#include "irradia/shared/radiance_types.h"
 #include "lanes.h"
 
 typedef struct Lobe {
@@ -70,7 +71,6 @@ IR_FN lanes lobe_weights(const Lobe* lobe, LaneVector w, lanes cosine, lanes* sc
 // Of every material with a lobe, over roughness (one entry where it is no texture) and the view's angle: the albedo, and
 // the lobe's coefficients in hemispherical harmonics for a view of azimuth 0, for l < order and 0 <= m <= l (those of
 // negative m are zero); each three channels, without the material's specular factor.
-#define IR_LOBE_FLOATS(order) (3u + 3u * ((order) * ((order) + 1u) / 2u))
 #define IR_LEAST_ALPHA 0.02f  // of the tables over roughness; the largest is 1
 
 IR_FN uint lobe_coefficient(uint l, uint m) { return l * (l + 1u) / 2u + m; }

@@ -232,9 +232,6 @@ IR_INLINE_FN HemisphereSums sum_cells(const IR_CELL_SPACE float* cells, uint fir
 }
 
 #if IR_RADIANCE
-// Far enough, in diagonals of the scene, that a direction without a surface looks the same from everywhere.
-#define IR_FAR 1e4f
-
 // The cells of one work-item as samples of a radiance record: what re-projection (theory 7) needs of them, in world
 // space and with all that does not depend on the query taken together. Entries beyond the last cell are cleared.
 IR_INLINE_FN void keep_samples(const IR_CELL_SPACE float* cells, uint first, const ShadingPoint* q, float diagonal,
@@ -245,7 +242,7 @@ IR_INLINE_FN void keep_samples(const IR_CELL_SPACE float* cells, uint first, con
     for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
         const HemisphereSample c = load_cell(cells, cell);
         const bool miss = c.distance >= IR_INFINITY || cells[2 * IR_CELLS + cell] < 0.0f;
-        const float r = miss ? IR_FAR * diagonal : c.distance;
+        const float r = miss ? IR_FAR_DIAGONALS * diagonal : c.distance;
         const real3 w = to_world(frame, c.direction), p = start + w * r;
         const real3 n = miss ? -w : to_world(frame, c.normal);
         samples[cell] = p.x;

@@ -12,12 +12,14 @@ constexpr std::size_t lanes = 8;  // of CPU devices (cl/lanes.h)
 constexpr std::size_t first_records = 256;
 constexpr std::size_t projecting = 16;      // work-items that share a record's cells: IR_GROUP of project_harmonics.cl
 constexpr std::uint32_t table_alphas = 24;  // roughnesses, where they are a texture
-constexpr float far_diagonals = 1e4f;       // IR_FAR of sample_hemispheres.cl
 constexpr float unlimited = 1e30f;          // a roughness that no lobe has
 
 bool has_lobe(const shared::Material& m) {
     return (m.kind == IR_MATERIAL_ROUGH_CONDUCTOR || m.kind == IR_MATERIAL_ROUGH_PLASTIC) && m.alpha_u == m.alpha_v;
 }
+
+bool rough_by_texture(const shared::Material& m) { return m.alpha_texture != IR_NO_TEXTURE; }
+float widest(const shared::Material& m) { return rough_by_texture(m) ? 1.0f : m.alpha_u; }
 
 std::size_t stride_of(const RenderSettings& s) {
     const std::size_t cells = static_cast<std::size_t>(s.hemisphere_m) * static_cast<std::size_t>(s.hemisphere_n);
@@ -48,12 +50,9 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
     bool harmonics = false;
     keep_samples_ = false;
     for (const shared::Material& m : run.scene.materials) {
-        if (!has_lobe(m)) continue;
-        const bool textured = m.alpha_texture != IR_NO_TEXTURE;
-        const float narrowest = std::max(textured ? 0.0f : m.alpha_u, parameters_.trace_below);
-        const float widest = textured ? 1.0f : m.alpha_u;
-        if (widest < parameters_.trace_below) continue;
-        harmonics = harmonics || widest >= parameters_.harmonics_from;
+        if (!asks(m)) continue;
+        const float narrowest = std::max(rough_by_texture(m) ? 0.0f : m.alpha_u, parameters_.trace_below);
+        harmonics = harmonics || widest(m) >= parameters_.harmonics_from;
         keep_samples_ = keep_samples_ || narrowest < parameters_.harmonics_from;
     }
     parameters_.order = harmonics ? static_cast<std::uint32_t>(s.harmonics_order) : 0;
@@ -61,15 +60,18 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
     grow(1);
 }
 
+bool RadianceCache::asks(const shared::Material& m) const {
+    return has_lobe(m) && widest(m) >= parameters_.trace_below;
+}
+
 void RadianceCache::tabulate() {
     const std::vector<shared::Material>& materials = run_.scene.materials;
-    const std::uint32_t order = parameters_.order, entry = 3 + 3 * (order * (order + 1) / 2);
+    const std::uint32_t order = parameters_.order, entry = IR_LOBE_FLOATS(order);
     std::vector<std::uint32_t> offsets(materials.size(), IR_NO_LOBE);
     std::uint32_t floats = 0;
-    const auto alphas = [](const shared::Material& m) { return m.alpha_texture == IR_NO_TEXTURE ? 1 : table_alphas; };
+    const auto alphas = [](const shared::Material& m) { return rough_by_texture(m) ? table_alphas : 1; };
     for (std::size_t i = 0; i < materials.size(); ++i) {
-        if (!has_lobe(materials[i]) || (alphas(materials[i]) == 1 && materials[i].alpha_u < parameters_.trace_below))
-            continue;
+        if (!asks(materials[i])) continue;
         offsets[i] = floats;
         floats += parameters_.angles * alphas(materials[i]) * entry;
     }
@@ -130,7 +132,7 @@ void RadianceCache::project(std::uint32_t first_kept, std::uint32_t first, std::
         .arg(samples_)
         .arg(harmonics_)
         .arg(partial_)
-        .arg(0.5f * far_diagonals * run_.scene.info.diagonal)
+        .arg(0.5f * IR_FAR_DIAGONALS * run_.scene.info.diagonal)
         .arg(parameters_.stride)
         .arg(first_kept)
         .arg(first)

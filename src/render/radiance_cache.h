@@ -24,17 +24,15 @@ public:
     void make(const Buffer& points, const RecordStack& stack, const IrradianceGrid& grid, std::uint32_t salt);
 
     [[nodiscard]] const RecordCache& records() const noexcept { return records_; }
-    [[nodiscard]] const shared::RadianceParameters& parameters() const noexcept { return parameters_; }
-    [[nodiscard]] const Buffer& samples() const noexcept { return samples_; }
-    [[nodiscard]] const Buffer& harmonics() const noexcept { return harmonics_; }
     /// Bytes of one record, its key and value included.
     [[nodiscard]] std::size_t record_bytes() const noexcept;
     /// Sets IR_RADIANCE_ARGS.
     Kernel& bind(Kernel& kernel, bool placement) const;
 
 private:
+    [[nodiscard]] bool asks(const shared::Material& m) const;  ///< has it a lobe that records answer?
     void tabulate();
-    void grow(std::size_t capacity);
+    void grow(std::size_t records);
     void project(std::uint32_t first_kept, std::uint32_t first, std::size_t count);
 
     Run& run_;

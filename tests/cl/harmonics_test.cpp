@@ -1,4 +1,5 @@
 // SH, HSH and GGX against harmonics.json: 1e-9 for values, 1e-4 for projections (theory 9).
+#include "gauss_legendre.h"
 #include "polygon.h"
 
 namespace irradia::test {
@@ -106,28 +107,13 @@ TEST(Harmonics, ProjectionsMatchVectors) {
 // trapezoid in phi (48 points).
 TEST(Harmonics, BasesAreOrthonormalUpToTwelveBands) {
     const uint n = IR_HARMONICS_MAX, count = n * n;
-    std::vector<double> nodes, weights;  // Gauss-Legendre on [-1, 1] by Newton's method
-    const int order = 24;
-    for (int i = 0; i < order; ++i) {
-        double x = std::cos(kPi * (i + .75) / (order + .5)), derivative = 1;
-        for (int it = 0; it < 50; ++it) {
-            double p0 = 1, p1 = x;
-            for (int k = 2; k <= order; ++k) {
-                const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-                p0 = p1, p1 = p2;
-            }
-            derivative = order * (x * p1 - p0) / (x * x - 1);
-            x -= p1 / derivative;
-        }
-        nodes.push_back(x);
-        weights.push_back(2 / ((1 - x * x) * derivative * derivative));
-    }
+    const auto rule = gauss_legendre(24);
     for (const bool hemisphere : {false, true}) {
         std::vector<double> gram(count * count), v(count);
-        for (int i = 0; i < order; ++i)
+        for (const auto& [x, weight] : rule)
             for (int j = 0; j < 48; ++j) {
-                const double z = hemisphere ? .5 * (nodes[i] + 1) : nodes[i];
-                const double w = weights[i] * (hemisphere ? .5 : 1) * 2 * kPi / 48, phi = 2 * kPi * j / 48;
+                const double z = hemisphere ? x : 2 * x - 1;
+                const double w = weight * (hemisphere ? 1 : 2) * 2 * kPi / 48, phi = 2 * kPi * j / 48;
                 const double s = std::sqrt(1 - z * z);
                 const real3 d = make_real3(s * std::cos(phi), s * std::sin(phi), z);
                 hemisphere ? hsh_basis(d, n, v.data()) : sh_basis(d, n, v.data());

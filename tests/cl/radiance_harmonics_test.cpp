@@ -1,5 +1,6 @@
 // Radiance records' harmonics on the device: projected from samples, moved by their derivatives, asked by lobes and by
 // the cosine; against sums in double, exact integrals over a room's walls, and the other representation.
+#include "gauss_legendre.h"
 #include "radiance_records.h"
 
 namespace irradia::test {

@@ -95,25 +95,6 @@ void integrate_lobe(const shared::Material& m, double alpha, real3 wi, const F& 
         }
 }
 
-/// Gauss-Legendre nodes and weights on [0, 1], by Newton's method.
-inline std::vector<std::array<double, 2>> gauss_legendre(int order) {
-    std::vector<std::array<double, 2>> out;
-    for (int i = 0; i < order; ++i) {
-        double x = std::cos(kPi * (i + .75) / (order + .5)), derivative = 1;
-        for (int it = 0; it < 50; ++it) {
-            double p0 = 1, p1 = x;
-            for (int k = 2; k <= order; ++k) {
-                const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-                p0 = p1, p1 = p2;
-            }
-            derivative = order * (x * p1 - p0) / (x * x - 1);
-            x -= p1 / derivative;
-        }
-        out.push_back({.5 * (x + 1), 1 / ((1 - x * x) * derivative * derivative)});
-    }
-    return out;
-}
-
 // ---- tables
 // ----------------------------------------------------------------------------------------------------------
 
@@ -149,7 +130,7 @@ public:
         }
     }
     /// Floats of an entry of the table.
-    [[nodiscard]] std::uint32_t entry() const { return floats_of(parameters.order); }
+    [[nodiscard]] std::uint32_t entry() const { return IR_LOBE_FLOATS(parameters.order); }
     [[nodiscard]] const Buffer& buffer() const { return buffer_; }
     [[nodiscard]] const Buffer& list() const { return list_; }
     [[nodiscard]] const shared::Material& material(std::size_t i) const { return materials_.at(i); }
@@ -180,7 +161,6 @@ public:
     std::vector<std::uint32_t> offsets;
 
 private:
-    static std::uint32_t floats_of(std::uint32_t order) { return 3 + 3 * (order * (order + 1) / 2); }
     [[nodiscard]] std::uint32_t rows(const shared::Material& m) const {
         return m.alpha_texture == IR_NO_TEXTURE ? 1 : parameters.alphas;
     }

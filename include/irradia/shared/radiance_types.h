@@ -19,6 +19,10 @@ using uint = std::uint32_t;
 #define IR_SAMPLE_FLOATS 10u
 #define IR_HARMONIC_SETS 9u
 
+#define IR_FAR_DIAGONALS 1e4f  // where a miss is kept, diagonals of the scene: the same from everywhere in it
+// Floats of an entry of the lobes' tables (cl/lobe.h).
+#define IR_LOBE_FLOATS(order) (3u + 3u * ((order) * ((order) + 1u) / 2u))
+
 #define IR_NO_LOBE 0xffffffffu  // a material without a lobe that records answer
 
 // Everything that a look-up of radiance needs to know besides the arrays; by value into kernels.
