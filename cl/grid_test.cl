@@ -37,8 +37,9 @@ IR_KERNEL void test_grid_lookup(IR_GLOBAL const GridCell* cells, GridParameters 
     IR_GLOBAL const float* q = points + 7u * i;
     Rng rng = rng_make(seed, i, 0u);
     real3 irradiance = make_real3(0.0f, 0.0f, 0.0f);
-    const bool found = grid_lookup(&grid, cells, make_real3(q[0], q[1], q[2]), make_real3(q[3], q[4], q[5]), q[6], &rng,
-                                   &irradiance);
+    const GridQuery query =
+        grid_query(&grid, make_real3(q[0], q[1], q[2]), make_real3(q[3], q[4], q[5]), q[6], &rng);
+    const bool found = grid_lookup(&grid, cells, &query, &irradiance);
     out[4u * i] = found ? 1.0f : 0.0f;
     out[4u * i + 1u] = irradiance.x;
     out[4u * i + 2u] = irradiance.y;

@@ -15,12 +15,18 @@ typedef struct Grid {
 #define IR_MEAN_COSINE 0.5f
 
 #if IR_GRID
+IR_FN real3 reflected_grid_irradiance(const SceneData* s, const Surface* f, real3 irradiance) {
+    return f->albedo * irradiance * (IR_INV_PI * coat_transmittance(s, f, IR_MEAN_COSINE));
+}
+
 // Indirect light that the diffuse part of f reflects, if the grid knows it.
 IR_FN bool grid_radiance(const SceneData* s, const Grid* grid, const Surface* f, float distance, Rng* rng,
                          real3* radiance) {
     real3 e;
-    if (!is_diffuse(f) || !grid_lookup(grid->parameters, grid->cells, f->p, f->ns, distance, rng, &e)) return false;
-    *radiance = f->albedo * e * (IR_INV_PI * coat_transmittance(s, f, IR_MEAN_COSINE));
+    if (!is_diffuse(f)) return false;
+    const GridQuery query = grid_query(grid->parameters, f->p, f->ns, distance, rng);
+    if (!grid_lookup(grid->parameters, grid->cells, &query, &e)) return false;
+    *radiance = reflected_grid_irradiance(s, f, e);
     return true;
 }
 #endif

@@ -31,6 +31,11 @@
 #define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
 #define IR_BARRIER_ALL() barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)  // what the group wrote anywhere
 #define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
+#if defined(IR_CPU) && defined(__clang__)
+#define IR_PREFETCH(p) __builtin_prefetch((const void*)(size_t)(p))  // OpenCL's own is nothing in PoCL
+#else
+#define IR_PREFETCH(p)
+#endif
 #define IR_AS_UINT(x) as_uint(x)
 #define IR_AS_FLOAT(x) as_float(x)
 #define IR_ATOMIC_ADD(p, v) atomic_add(p, v)
@@ -65,6 +70,7 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_BARRIER() __syncthreads()
 #define IR_BARRIER_ALL() __syncthreads()
 #define IR_GLOBAL_FENCE() __threadfence()
+#define IR_PREFETCH(p)
 #define IR_AS_UINT(x) __float_as_uint(x)
 #define IR_AS_FLOAT(x) __uint_as_float(x)
 #define IR_ATOMIC_ADD(p, v) atomicAdd((uint*)(p), v)

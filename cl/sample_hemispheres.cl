@@ -62,27 +62,39 @@ IR_FN void cell_light_numbers(uint cell, uint seed, uint record, Rng* rng, float
 // shadow rays.
 IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
                          uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
-    PathState answered[IR_TILE];
-    float u[IR_TILE], v[IR_TILE];
-    uint from[IR_TILE], indices[IR_TILE], answers = 0u;
+    Rng rngs[IR_TILE];
     for (uint i = 0; i < count; ++i) {
         radiance[i] = black();
-        if (hits[i].primitive == IR_NO_PRIMITIVE || !reflects(&surfaces[i])) continue;
-        const uint cell = tile_cell(tile, i);
-        Rng rng = rng_make(seed ^ 0x68656d69u, record, cell);
-        const PathState path = path_from(surfaces[i], hits[i].t);
-#if IR_GRID  // the first look-up of path_radiance, so that its direct light shares a packet
-        if (grid_radiance(s, grid, &path.surface, path.distance, &rng, &radiance[i])) {
-            cell_light_numbers(cell, seed, record, &rng, &u[answers], &v[answers]);
-            answered[answers] = path;
-            indices[answers] = cell;
-            from[answers++] = i;
-            continue;
-        }
-#endif
-        // What the hit emits itself is direct light at the record, which is computed elsewhere.
-        radiance[i] = path_radiance(s, grid, path, edges, false, &rng, rays);
+        rngs[i] = rng_make(seed ^ 0x68656d69u, record, tile_cell(tile, i));
     }
+#if IR_GRID  // the first look-up of path_radiance, so that look-ups overlap and direct light shares a packet
+    PathState answered[IR_TILE];
+    GridQuery queries[IR_TILE];
+    real3 irradiance[IR_TILE];
+    float u[IR_TILE], v[IR_TILE];
+    uint asking[IR_TILE], from[IR_TILE], indices[IR_TILE], asked = 0u, answers = 0u, known = 0u;
+    for (uint i = 0; i < count; ++i) {
+        if (hits[i].primitive == IR_NO_PRIMITIVE || !reflects(&surfaces[i]) || !is_diffuse(&surfaces[i])) continue;
+        queries[asked] = grid_query(grid->parameters, surfaces[i].p, surfaces[i].ns, hits[i].t, &rngs[i]);
+        asking[asked++] = i;
+    }
+    const uint found = grid_lookup_tile(grid->parameters, grid->cells, queries, asked, irradiance);
+    for (uint a = 0; a < asked; ++a) {
+        if (!((found >> a) & 1u)) continue;
+        const uint i = asking[a], cell = tile_cell(tile, i);
+        known |= 1u << i;
+        radiance[i] = reflected_grid_irradiance(s, &surfaces[i], irradiance[a]);
+        cell_light_numbers(cell, seed, record, &rngs[i], &u[answers], &v[answers]);
+        answered[answers] = path_from(surfaces[i], hits[i].t);
+        indices[answers] = cell;
+        from[answers++] = i;
+    }
+#else
+    const uint known = 0u;
+#endif
+    for (uint i = 0; i < count; ++i)  // what a hit emits itself is direct light at the record, computed elsewhere
+        if (!((known >> i) & 1u) && hits[i].primitive != IR_NO_PRIMITIVE && reflects(&surfaces[i]))
+            radiance[i] = path_radiance(s, grid, path_from(surfaces[i], hits[i].t), edges, false, &rngs[i], rays);
 #if IR_GRID
     real3 direct[IR_TILE];
     const uint on = direct_tile(s, answered, answers, u, v, seed, record, indices, direct, rays);
