@@ -1,5 +1,6 @@
 // One small kernel a formula, for tests/cl: item i reads its inputs at in + i * <inputs> and writes its results at
 // out + i * <outputs>; both counts stand at each kernel. No renderer launches these.
+#define IR_SCALAR_LANES 1
 #include "ggx.h"
 #include "harmonics.h"
 #include "hemisphere_reduce.h"

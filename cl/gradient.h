@@ -2,15 +2,15 @@
 // frame. To world: g = gx T + gy B.
 #ifndef IR_GRADIENT_H
 #define IR_GRADIENT_H
-#include "portable.h"
+#include "lanes.h"
 #include "sampling.h"
 
 // Rotation (1.4), with the sign and the exact ring weights of theory 3.1: a cell's term is w_j v_k, where v_k is the
 // azimuth of its centre turned by +90 degrees; gradient = pi/(m n) sum L_jk w_j v_k, w_j = ring_rotation_weight(j, m).
-IR_FN real3 rotational_gradient_term(real weight_j, uint k, uint n) {
-    real s, c;
-    sincos_turns(((real)k + R(0.5)) / (real)n, &s, &c);
-    return make_real3(-s * weight_j, c * weight_j, R(0.0));
+IR_FN LaneVector rotational_gradient_term(real weight_j, lanes k, uint n) {
+    lanes s, c;
+    lanes_sincos_turns((k + R(0.5)) / (real)n, &s, &c);
+    return make_lane_vector(-s * weight_j, c * weight_j, lanes_of(R(0.0)));
 }
 
 // Inverse distance of the edge between two cells that Ward and Heckbert take: that of the nearer hit. Misses are at

@@ -5,12 +5,12 @@
 #include "irradia/shared/record_types.h"
 #include "radius.h"
 
-// ---- HemisphereSums in local memory, one array a member ----------------------------------------------------------
+// ---- HemisphereSums in local memory, one array a member, lanes added up ------------------------------------------
 #define IR_SUM_FLOATS 23
-#define IR_SUM3(store, first, v)                    \
-    store[(first)*IR_GROUP + item] = (v).x;         \
-    store[((first) + 1) * IR_GROUP + item] = (v).y; \
-    store[((first) + 2) * IR_GROUP + item] = (v).z
+#define IR_SUM3(store, first, v)                               \
+    store[(first)*IR_GROUP + item] = lanes_sum((v).x);         \
+    store[((first) + 1) * IR_GROUP + item] = lanes_sum((v).y); \
+    store[((first) + 2) * IR_GROUP + item] = lanes_sum((v).z)
 
 IR_INLINE_FN void store_sums(IR_LOCAL float* store, uint item, const HemisphereSums* s) {
     IR_SUM3(store, 0, s->irradiance);
@@ -19,11 +19,11 @@ IR_INLINE_FN void store_sums(IR_LOCAL float* store, uint item, const HemisphereS
     IR_SUM3(store, 9, s->gx);
     IR_SUM3(store, 12, s->gy);
     IR_SUM3(store, 15, s->gz);
-    store[18 * IR_GROUP + item] = s->hxx;
-    store[19 * IR_GROUP + item] = s->hxy;
-    store[20 * IR_GROUP + item] = s->hyy;
-    store[21 * IR_GROUP + item] = s->inverse_distance;
-    store[22 * IR_GROUP + item] = s->min_distance;
+    store[18 * IR_GROUP + item] = lanes_sum(s->hxx);
+    store[19 * IR_GROUP + item] = lanes_sum(s->hxy);
+    store[20 * IR_GROUP + item] = lanes_sum(s->hyy);
+    store[21 * IR_GROUP + item] = lanes_sum(s->inverse_distance);
+    store[22 * IR_GROUP + item] = lanes_min(s->min_distance);
 }
 
 IR_INLINE_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
@@ -31,11 +31,17 @@ IR_INLINE_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
     store[22 * IR_GROUP + to] = min(store[22 * IR_GROUP + to], store[22 * IR_GROUP + from]);
 }
 
+// The members of HemisphereSums, complete.
+typedef struct HemisphereTotals {
+    real3 irradiance, rx, ry, gx, gy, gz;
+    float hxx, hxy, hyy, inverse_distance, min_distance;
+} HemisphereTotals;
+
 #define IR_LOAD3(store, first) \
     make_real3(store[(first)*IR_GROUP], store[((first) + 1) * IR_GROUP], store[((first) + 2) * IR_GROUP])
 
-IR_INLINE_FN HemisphereSums load_sums(const IR_LOCAL float* store) {
-    HemisphereSums s;
+IR_INLINE_FN HemisphereTotals load_totals(const IR_LOCAL float* store) {
+    HemisphereTotals s;
     s.irradiance = IR_LOAD3(store, 0);
     s.rx = IR_LOAD3(store, 3);
     s.ry = IR_LOAD3(store, 6);
@@ -69,7 +75,7 @@ IR_FN void make_channel(IR_GLOBAL RecordValue* v, uint channel, float e, real3 r
     v->translation[3u * channel + 2u] = translation.z;
 }
 
-IR_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereSums* sums, RecordParameters parameters,
+IR_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereTotals* sums, RecordParameters parameters,
                        IR_GLOBAL RecordKey* key, IR_GLOBAL RecordValue* value) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const float scale = IR_PI / (float)(IR_M * IR_N);

@@ -3,6 +3,7 @@
 //   c = pi / (M N) sum Y(w) (L - E/pi) / cos,   grad c = sum over edges Y(w_mid) / cos_mid g_edge.
 // One work-group a record: each item adds up its share of the cells, then the items share out the coefficients.
 // Compile-time: IR_M, IR_N, IR_GROUP, IR_ORDER.
+#define IR_SCALAR_LANES 1
 #include "harmonics.h"
 #include "hemisphere_reduce.h"
 #include "irradia/shared/radiance_types.h"

@@ -7,6 +7,9 @@
 // Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT, IR_GRID,
 // IR_DIRECT_MIS, IR_GLOBAL_CELLS (the cells of a group lie in global memory: local memory is too small for them),
 // IR_RADIANCE (the cells are kept, as samples of a radiance record).
+#if IR_N % 8 != 0 || IR_GRADIENT == 1
+#define IR_SCALAR_LANES 1  // lanes are cells of one ring; Ward and Heckbert's formula takes one cell
+#endif
 #include "film.h"
 #include "indirect.h"
 #include "make_record.h"
@@ -15,7 +18,6 @@
 #include "irradia/shared/radiance_types.h"
 #endif
 
-#define IR_CELLS (IR_M * IR_N)
 #if IR_TILE == 16 && IR_M % 4 == 0 && IR_N % 4 == 0
 #define IR_TILE_RINGS 4u  // a 4x4 tile of strata: neighbouring directions, which make a coherent packet
 #else
@@ -23,9 +25,6 @@
 #endif
 #define IR_TILES ((IR_CELLS + IR_TILE - 1) / IR_TILE)
 
-// The cells of a group, as structure of arrays: direction x, y, distance, hit normal x, y, z, radiance r, g, b.
-#define IR_CELL_FLOATS 9
-#define IR_SCRATCH_CELLS (IR_CELL_FLOATS * IR_CELLS)
 #define IR_SCRATCH_SUMS (IR_SUM_FLOATS * IR_GROUP)
 #if IR_GLOBAL_CELLS
 #define IR_CELL_SPACE IR_GLOBAL
@@ -38,6 +37,7 @@
 #define IR_GROUP_CELLS scratch
 #define IR_SCRATCH (IR_SCRATCH_CELLS > IR_SCRATCH_SUMS ? IR_SCRATCH_CELLS : IR_SCRATCH_SUMS)
 #endif
+#include "sum_cells.h"
 
 IR_FN uint tile_cell(uint tile, uint i) {
 #if IR_TILE_RINGS == 4
@@ -181,68 +181,6 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
     }
 }
 
-IR_INLINE_FN HemisphereSample load_cell(const IR_CELL_SPACE float* cells, uint cell) {
-    HemisphereSample sample;
-    const float x = cells[cell], y = cells[IR_CELLS + cell];
-    sample.direction = make_real3(x, y, sqrt(max(1.0f - x * x - y * y, 6e-8f)));
-    sample.distance = fabs(cells[2 * IR_CELLS + cell]);
-    sample.normal = make_real3(cells[3 * IR_CELLS + cell], cells[4 * IR_CELLS + cell], cells[5 * IR_CELLS + cell]);
-    sample.radiance = make_real3(cells[6 * IR_CELLS + cell], cells[7 * IR_CELLS + cell], cells[8 * IR_CELLS + cell]);
-    return sample;
-}
-
-// Radiance of a cell as gradients and Hessian take it: a cell far brighter than the mean would turn all of them towards
-// itself (theory 4.6). E keeps it whole.
-IR_FN real3 gradient_radiance(real3 radiance, float limit) {
-    const float y = luminance(radiance);
-    return y > limit ? radiance * (limit / y) : radiance;
-}
-
-// Mean luminance of a group's cells times `factor`; IR_INFINITY if factor is 0. Every work-item must call it.
-IR_INLINE_FN float brightness_limit(const IR_CELL_SPACE float* cells, uint item, float factor, IR_LOCAL float* sums) {
-    float sum = 0.0f;
-    for (uint cell = item; cell < IR_CELLS; cell += IR_GROUP)
-        sum += luminance(make_real3(cells[6 * IR_CELLS + cell], cells[7 * IR_CELLS + cell], cells[8 * IR_CELLS + cell]));
-    sums[item] = sum;
-    IR_BARRIER();
-    sum = 0.0f;
-    for (uint i = 0; i < IR_GROUP; ++i) sum += sums[i];
-    return factor > 0.0f ? factor * sum / (float)IR_CELLS : IR_INFINITY;
-}
-
-// Sums the cells of one work-item.
-IR_INLINE_FN HemisphereSums sum_cells(const IR_CELL_SPACE float* cells, uint first, float limit,
-                                      RecordParameters parameters,
-                                      IR_GLOBAL const float* ring_weights) {
-    HemisphereSums sums = hemisphere_sums_zero();
-    for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
-        const uint j = cell / IR_N, k = cell % IR_N;
-        HemisphereSample own = load_cell(cells, cell);
-        const real3 limited = gradient_radiance(own.radiance, limit);
-        cell_moments(&sums, k, IR_N, ring_weights[j], own, limited, parameters.r_min, parameters.r_max, 0.17f);
-        own.radiance = limited;
-#if IR_GRADIENT != 0 || IR_RADIUS == 2
-        HemisphereSample ring = load_cell(cells, j > 0u ? cell - IR_N : cell);
-        HemisphereSample azimuth = load_cell(cells, k > 0u ? cell - 1u : cell + IR_N - 1u);
-        ring.radiance = gradient_radiance(ring.radiance, limit);
-        azimuth.radiance = gradient_radiance(azimuth.radiance, limit);
-#endif
-#if IR_GRADIENT == 1
-        cell_edges_ward(&sums, j, k, IR_M, IR_N, own, ring, azimuth, parameters.r_min, true);
-#endif
-#if IR_GRADIENT == 2
-        cell_edges(&sums, j, k, IR_M, IR_N, own, ring, azimuth);
-#elif IR_RADIUS == 2  // the Hessian alone
-        HemisphereSums edges = hemisphere_sums_zero();
-        cell_edges(&edges, j, k, IR_M, IR_N, own, ring, azimuth);
-        sums.hxx += edges.hxx;
-        sums.hxy += edges.hxy;
-        sums.hyy += edges.hyy;
-#endif
-    }
-    return sums;
-}
-
 #if IR_RADIANCE
 // The cells of one work-item as samples of a radiance record: what re-projection (theory 7) needs of them, in world
 // space and with all that does not depend on the query taken together. Entries beyond the last cell are cleared.
@@ -252,21 +190,20 @@ IR_INLINE_FN void keep_samples(const IR_CELL_SPACE float* cells, uint first, con
     const real3 g = make_real3(q->gx, q->gy, q->gz);
     const real3 start = make_real3(q->step_x, q->step_y, q->step_z) + g * q->offset;
     for (uint cell = first; cell < IR_CELLS; cell += IR_GROUP) {
-        const HemisphereSample c = load_cell(cells, cell);
-        const bool miss = c.distance >= IR_INFINITY || cells[2 * IR_CELLS + cell] < 0.0f;
-        const float r = miss ? IR_FAR_DIAGONALS * diagonal : c.distance;
-        const real3 w = to_world(frame, c.direction), p = start + w * r;
-        const real3 n = miss ? -w : to_world(frame, c.normal);
+        const real3 direction = cell_direction(cells, cell);
+        const float distance = cells[2 * IR_CELLS + cell];
+        const bool miss = distance >= IR_INFINITY || distance < 0.0f;
+        const float r = miss ? IR_FAR_DIAGONALS * diagonal : distance;
+        const real3 w = to_world(frame, direction), p = start + w * r;
+        const real3 n = miss ? -w : to_world(frame, load3(cells, 3u, cell));
         samples[cell] = p.x;
         samples[stride + cell] = p.y;
         samples[2u * stride + cell] = p.z;
         samples[3u * stride + cell] = n.x;
         samples[4u * stride + cell] = n.y;
         samples[5u * stride + cell] = n.z;
-        samples[6u * stride + cell] = r * r / (max(fabs(dot(n, w)), 1e-4f) * max(c.direction.z, 1e-3f));
-        samples[7u * stride + cell] = c.radiance.x;
-        samples[8u * stride + cell] = c.radiance.y;
-        samples[9u * stride + cell] = c.radiance.z;
+        samples[6u * stride + cell] = r * r / (max(fabs(dot(n, w)), 1e-4f) * max(direction.z, 1e-3f));
+        for (uint k = 0; k < 3u; ++k) samples[(7u + k) * stride + cell] = cells[(6u + k) * IR_CELLS + cell];
     }
     for (uint cell = IR_CELLS + first; cell < stride; cell += IR_GROUP)
         for (uint k = 0; k < IR_SAMPLE_FLOATS; ++k) samples[k * stride + cell] = k == 2u ? 1.0f : 0.0f;
@@ -308,7 +245,7 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
                  samples + (size_t)(record - first_kept) * (IR_SAMPLE_FLOATS * stride));
 #endif
     const float limit = brightness_limit(IR_GROUP_CELLS, item, parameters.firefly, partial);
-    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, limit, parameters, ring_weights);
+    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, limit, parameters.r_min, parameters.r_max, ring_weights);
     IR_BARRIER();  // everyone has read the cells: their memory now holds the sums
     store_sums(scratch, item, &own);
     IR_BARRIER();
@@ -317,7 +254,7 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
         IR_BARRIER();
     }
     if (item == 0u) {
-        const HemisphereSums sums = load_sums(scratch);
+        const HemisphereTotals sums = load_totals(scratch);
         const uint coated = q.state >> 8;
         const uint coat = coated == 0u ? 0u : materials[coated - 1u].coat;
         make_record(&q, coat, &sums, parameters, &record_keys[record], &record_values[record]);

@@ -3,10 +3,10 @@
 // radiance.
 #ifndef IR_SOLID_ANGLE_H
 #define IR_SOLID_ANGLE_H
-#include "flux.h"
+#include "arctangent.h"
 #include "sampling.h"
 
-// arctan by the polynomial of flux.h: relative error 1.6e-8 (built-in arctangents take 43 ns on a CPU device).
+// arctan by the polynomial of arctangent.h: relative error 1.6e-8 (built-in arctangents take 43 ns on a CPU device).
 IR_FN real arctangent_polynomial(real t) {
     if (fabs(t) <= R(1.0)) return t * arctangent_ratio(t * t);
     const real i = R(1.0) / t;
