@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "device/kernel_source.h"
+#include "device/program_cache.h"
 #include "device/session.h"
 #include "irradia/Error.h"
 
@@ -141,15 +142,42 @@ struct Device::Impl {
     std::shared_ptr<Session> session;
     bool cpu_traversal = false;
     std::uint64_t largest_allocation = 0;
-    std::map<std::string, cl_program> programs;  // by file and compiler options
+    std::map<std::string, cl_program> programs;                // by file and compiler options
+    std::vector<std::pair<std::string, cl_program>> compiled;  // here, from their source; by program_key
 
     ~Impl() {
+        for (const auto& [key, program] : compiled) device::store_program(key, program);
         for (const auto& [key, program] : programs) clReleaseProgram(program);
+    }
+
+    /// A program compiled by an earlier run; null if there is none that this device takes.
+    [[nodiscard]] cl_program stored(const std::string& key, const std::string& options) const {
+        const std::vector<unsigned char> binary = device::load_program(key);
+        if (binary.empty()) return nullptr;
+        const unsigned char* data = binary.data();
+        const std::size_t length = binary.size();
+        cl_int taken = CL_SUCCESS, status = CL_SUCCESS;
+        cl_program program =
+            clCreateProgramWithBinary(session->context, 1, &session->device.id, &length, &data, &taken, &status);
+        if (status != CL_SUCCESS) return nullptr;
+        if (taken == CL_SUCCESS &&
+            clBuildProgram(program, 1, &session->device.id, options.c_str(), nullptr, nullptr) == CL_SUCCESS)
+            return program;
+        clReleaseProgram(program);
+        return nullptr;
     }
 
     cl_program build(const std::string& file, const std::string& options) {
         const std::string text = device::expand_source(file);
         const auto start = std::chrono::steady_clock::now();
+        const auto time = [&] {
+            session->add_time("build", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        };
+        const std::string key = device::program_key(*session, text, options);
+        if (cl_program program = stored(key, options)) {
+            time();
+            return program;
+        }
         const char* source = text.c_str();
         const std::size_t length = text.size();
         cl_int status = CL_SUCCESS;
@@ -162,7 +190,8 @@ struct Device::Impl {
             throw Error("OpenCL: compiling " + file + " (" + options + ") for '" + session->device.description.name +
                         "' failed: " + device::status_name(status) + "\n" + log);
         }
-        session->add_time("build", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        time();
+        compiled.emplace_back(key, program);
         return program;
     }
 };

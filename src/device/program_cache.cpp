@@ -1,0 +1,103 @@
+#include "device/program_cache.h"
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "core/aside_file.h"
+#include "core/checksum.h"
+#include "irradia/Error.h"
+
+namespace irradia::device {
+namespace {
+
+/// In front of a binary in its file.
+struct Header {
+    std::array<char, 8> magic{'I', 'R', 'K', 'E', 'R', 'N', '0', '1'};
+    std::uint64_t bytes = 0, sum = 0, key = 0;
+};
+
+std::filesystem::path folder() {
+    if (const char* own = std::getenv("IRRADIA_KERNEL_CACHE")) return own;
+    if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != '\0')
+        return std::filesystem::path(cache) / "irradia" / "kernels";
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0')
+        return std::filesystem::path(home) / ".cache" / "irradia" / "kernels";
+    return {};
+}
+
+/// Files are named by one hash of the key and hold another, so that a clash of names is noticed.
+std::filesystem::path file_of(const std::filesystem::path& in, const std::string& key) {
+    static constexpr char digits[] = "0123456789abcdef";
+    std::uint64_t hash = checksum(key.data(), key.size());
+    std::string name(16, '0');
+    for (std::size_t i = name.size(); i-- > 0; hash >>= 4) name[i] = digits[hash & 15];
+    return in / (name + ".program");
+}
+
+std::uint64_t second_hash(const std::string& key) { return checksum(key.data(), key.size(), 0x6b65726e656cu); }
+
+std::string platform_version(cl_platform_id platform) {
+    std::size_t bytes = 0;
+    if (clGetPlatformInfo(platform, CL_PLATFORM_VERSION, 0, nullptr, &bytes) != CL_SUCCESS) return {};
+    std::string text(bytes, '\0');
+    if (clGetPlatformInfo(platform, CL_PLATFORM_VERSION, bytes, text.data(), nullptr) != CL_SUCCESS) return {};
+    return text;
+}
+
+}  // namespace
+
+std::string program_key(const Session& session, const std::string& source, const std::string& options) {
+    const DeviceDescription& d = session.device.description;
+    std::string key;
+    for (const std::string& part : {d.platform, platform_version(session.device.platform), d.name, d.driver, options})
+        key += part + '\n';
+    return key + source;
+}
+
+std::vector<unsigned char> load_program(const std::string& key) {
+    const std::filesystem::path in = folder();
+    if (in.empty()) return {};
+    std::ifstream file(file_of(in, key), std::ios::binary);
+    Header header;
+    const Header expected;
+    if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != expected.magic ||
+        header.key != second_hash(key) || header.bytes > (std::uint64_t{1} << 30))
+        return {};
+    std::vector<unsigned char> binary(header.bytes);
+    if (!file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size())) ||
+        checksum(binary.data(), binary.size()) != header.sum)
+        return {};
+    return binary;
+}
+
+void store_program(const std::string& key, cl_program program) {
+    const std::filesystem::path in = folder();
+    if (in.empty()) return;
+    std::error_code failed;
+    std::filesystem::create_directories(in, failed);
+    std::size_t size = 0;
+    if (failed || clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) != CL_SUCCESS ||
+        size == 0)
+        return;
+    std::vector<unsigned char> binary(size);
+    unsigned char* data = binary.data();
+    if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof data, static_cast<void*>(&data), nullptr) != CL_SUCCESS)
+        return;
+    Header header;
+    header.bytes = size;
+    header.sum = checksum(binary.data(), size);
+    header.key = second_hash(key);
+    try {
+        AsideFile file(file_of(in, key).string());
+        file.write(&header, sizeof header);
+        file.write(binary.data(), size);
+        file.commit();
+    } catch (const Error&) {  // a full or read-only disk: the next run compiles again
+    }
+}
+
+}  // namespace irradia::device
