@@ -42,6 +42,8 @@ struct RenderSettings {
     int hemisphere_m = 16;  ///< rings of a hemisphere (1.3)
     int hemisphere_n = 64;  ///< sectors of a hemisphere
     int spp = 0;            ///< samples a pixel; 0 = the scene file's
+    float pixel_error = 0;  ///< caching: a pixel takes samples (at least 32) until its standard error is below this
+                            ///< part of the picture's mean, or it has spp of them; 0 = every pixel takes all
     std::uint64_t seed = 0;
     int max_depth = -1;  ///< path edges: 1 = emitters only, 2 = + direct light, ...; -1 = unlimited
     GradientRule gradients = GradientRule::crease;
@@ -97,7 +99,8 @@ struct RenderStatistics {
     std::uint64_t radiance_record_bytes = 0;  ///< key, value, samples and harmonics
     std::uint64_t iterations = 0;
     int spp = 0;
-    double seconds = 0;  ///< wall time of render()
+    double mean_spp = 0;  ///< samples that pixels took on average
+    double seconds = 0;   ///< wall time of render()
 };
 
 struct RenderResult {

@@ -197,6 +197,13 @@ void declare_rendering(CLI::App& app, Options& o) {
     picture.value("--spp", s.spp, "N", "Samples a pixel [the scene's]; noise falls as 1/sqrt(N)")
         ->check(CLI::Range(1, 1 << 30));
     picture
+        .value("--pixel-error", s.pixel_error, "E",
+               "irradiance and radiance: a pixel takes samples until its standard error is below this part of the "
+               "picture's mean (.01: 1 %), at least 32 and at most --spp; smooth pixels then cost little. 0: all take "
+               "--spp")
+        ->check(number("of at least 0", [](double x) { return x >= 0; }))
+        ->default_str(text(s.pixel_error));
+    picture
         .value("--max-depth", s.max_depth, "N",
                "Longest path, in edges: 1 emitters only, 2 and direct light, 3 and one bounce; -1 unlimited")
         ->check([](const std::string& given) {

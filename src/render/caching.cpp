@@ -24,6 +24,7 @@
 #include "render/iteration_order.h"
 #include "render/methods.h"
 #include "render/radiance_cache.h"
+#include "render/sample_schedule.h"
 
 namespace irradia {
 namespace {
@@ -237,9 +238,9 @@ private:
             }
     }
 
-    // Adds all samples of `pixels` to the film; `missed` of irradiance, and of radiance.
-    void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, bool requests, Missed& missed,
-                      Missed& missed_lobes) {
+    // Adds samples [begin, end) of `pixels` to the film; `missed` of irradiance, and of radiance.
+    void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, std::uint32_t begin, std::uint32_t end,
+                      bool requests, Missed& missed, Missed& missed_lobes) {
         Launch launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
                       run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
                       run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
@@ -252,8 +253,8 @@ private:
                 pixels.begin() + static_cast<std::ptrdiff_t>(std::min(pixels.size(), first + chunk_)));
             const Buffer list = run_.device.upload(part);
             std::vector<bool> seen(part.size(), false), seen_lobes(part.size(), false);
-            for (std::uint32_t sample = 0; sample < run_.spp(); sample += samples_a_launch) {
-                const std::uint32_t samples = std::min(samples_a_launch, run_.spp() - sample);
+            for (std::uint32_t sample = begin; sample < end; sample += samples_a_launch) {
+                const std::uint32_t samples = std::min(samples_a_launch, end - sample);
                 Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
                 cache_.bind(kernel, false);
                 if (radiance_) radiance_->bind(kernel, false).arg(launch.lobe_points);
@@ -274,9 +275,10 @@ private:
                 add_missed(launch.points, part, launch, missed, seen);
                 if (radiance_) add_missed(launch.lobe_points, part, launch, missed_lobes, seen_lobes);
                 run_.collect_rays();
-                const double done =
-                    static_cast<double>(first) + static_cast<double>(part.size()) * (sample + samples) / run_.spp();
-                run_.report("shade", records_share + (1 - records_share) * done / static_cast<double>(pixels_),
+                const double part_done = static_cast<double>(sample + samples - begin) / (end - begin);
+                const double done = (static_cast<double>(first) + static_cast<double>(part.size()) * part_done) /
+                                    static_cast<double>(pixels.size());
+                run_.report("shade", records_share + (1 - records_share) * (begin + done * (end - begin)) / run_.spp(),
                             record_count());
             }
         }
@@ -302,12 +304,20 @@ private:
     }
 
     void shade(Film& film) {
-        std::vector<std::uint32_t> pixels(pixels_);
-        std::iota(pixels.begin(), pixels.end(), 0u);
+        const shared::SceneInfo& info = run_.scene.info;
+        SampleSchedule schedule(static_cast<int>(info.width), static_cast<int>(info.height), run_.spp(),
+                                run_.settings.pixel_error);
+        std::uint32_t round = 1;
+        for (; !schedule.pixels().empty(); schedule.advance(film)) shade_pass(film, schedule, round);
+    }
+
+    // One pass. A pixel that misses a record gets it and is shaded anew, from its first sample on.
+    void shade_pass(Film& film, const SampleSchedule& schedule, std::uint32_t& round) {
+        std::vector<std::uint32_t> pixels = schedule.pixels();
         Made made, made_lobes;
-        for (std::uint32_t round = 1; !pixels.empty(); ++round) {
+        for (std::uint32_t begin = schedule.first(); !pixels.empty(); begin = 0, ++round) {
             Missed missed, missed_lobes;
-            shade_pixels(film, pixels, round < record_rounds, missed, missed_lobes);
+            shade_pixels(film, pixels, begin, schedule.end(), round < record_rounds, missed, missed_lobes);
             const RecordStack stack = choose(missed, made), lobe_stack = choose(missed_lobes, made_lobes);
             if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round));
             if (!lobe_stack.empty())

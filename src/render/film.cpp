@@ -1,6 +1,7 @@
 #include "render/film.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace irradia {
 
@@ -28,6 +29,15 @@ void Film::clear(std::uint32_t pixel) {
     std::fill_n(&sum_[pixel * channels_], channels_, 0.0);
     count_[pixel] = 0;
 }
+
+double Film::luminance(std::size_t pixel) const {
+    if (count_[pixel] == 0) return 0;
+    const double* sum = &sum_[pixel * channels_];
+    const auto channel = [&](std::size_t c) { return sum[c] + sum[3 + c]; };  // direct and indirect
+    return (0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2)) / static_cast<double>(count_[pixel]);
+}
+
+std::uint64_t Film::samples() const { return std::accumulate(count_.begin(), count_.end(), std::uint64_t{0}); }
 
 Image Film::image(const RenderSettings& settings) const {
     Image image;

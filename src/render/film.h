@@ -23,6 +23,11 @@ public:
     /// Forgets what pixel i has gathered.
     void clear(std::uint32_t pixel);
 
+    /// Mean luminance of what pixel i has gathered.
+    [[nodiscard]] double luminance(std::size_t pixel) const;
+    /// Samples that all pixels have gathered together.
+    [[nodiscard]] std::uint64_t samples() const;
+
     /// The picture and the layers asked for ("records" is left empty: the cache knows where they lie).
     [[nodiscard]] Image image(const RenderSettings& settings) const;
 

@@ -35,6 +35,8 @@ void check(const Scene& scene, const RenderSettings& s) {
     if (!(s.glossy_spread >= 0))
         fail("spread " + std::to_string(s.glossy_spread) +
              " of radiance records: expected 0 (off) or a positive number");
+    if (!(s.pixel_error >= 0) || !std::isfinite(s.pixel_error))
+        fail("error of a pixel " + std::to_string(s.pixel_error) + ": expected 0 (off) or a positive number");
     if (s.spp < 0) fail("spp " + std::to_string(s.spp) + ": expected 0 (the scene's) or a positive number");
     for (const std::string& a : s.aovs)
         if (std::find(aov_names().begin(), aov_names().end(), a) == aov_names().end()) {
@@ -74,6 +76,7 @@ RenderResult render_view(Run& run, CachingRenderer* caching) {
     result.image = film.image(settings);
     if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
         result.image.layers.push_back(records_layer(film, record_pixels));
+    run.statistics.mean_spp = static_cast<double>(film.samples()) / static_cast<double>(film.pixels());
     run.statistics.stages = run.device.stage_times();
     run.statistics.seconds = run.elapsed();
     result.statistics = std::move(run.statistics);
