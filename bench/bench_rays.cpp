@@ -3,96 +3,26 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <ctime>
 #include <map>
 #include <memory>
-#include <random>
 
+#include "bench.h"
+#include "hemisphere_rays.h"
 #include "irradia/Accel.h"
 #include "reference.h"
 #include "shapes.h"
 #include "traversal.h"
 
+namespace irradia::bench {
 namespace {
 
-using namespace irradia;
-using irradia::testing::DeviceHit;
-using irradia::testing::EmbreeScene;
-using irradia::testing::Ray;
-using irradia::testing::Traversal;
+using testing::DeviceHit;
+using testing::EmbreeScene;
+using testing::Traversal;
 
-constexpr int kRings = 16, kSectors = 64, kHemispheres = 192;
-
-// CPU time of the process: on a busy machine wall time would measure the neighbours.
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-// Sixteen consecutive rays are a 4x4 tile of neighbouring strata.
-std::vector<Ray> hemispheres(const Scene& scene, int count) {
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> unit(0, 1);
-    std::vector<double> area;
-    const auto edge = [&](std::uint32_t a, std::uint32_t b) {
-        const shared::Vertex &p = scene.vertices[a], &q = scene.vertices[b];
-        return testing::Double3{double{q.px} - p.px, double{q.py} - p.py, double{q.pz} - p.pz};
-    };
-    for (const shared::Triangle& t : scene.triangles) {
-        const testing::Double3 n = testing::cross(edge(t.v0, t.v1), edge(t.v0, t.v2));
-        area.push_back(std::sqrt(testing::dot(n, n)));
-    }
-    std::discrete_distribution<std::size_t> pick(area.begin(), area.end());
-    std::vector<Ray> rays;
-    for (int h = 0; h < count; ++h) {
-        const shared::Triangle& t = scene.triangles[pick(random)];
-        const testing::Double3 e1 = edge(t.v0, t.v1), e2 = edge(t.v0, t.v2);
-        testing::Double3 n = testing::cross(e1, e2);
-        const double l = (h % 2 ? -1 : 1) * std::sqrt(testing::dot(n, n));  // both sides of the surfaces
-        n = {n.x / l, n.y / l, n.z / l};
-        const double s = std::sqrt(unit(random)), b1 = s * (1 - unit(random)), b2 = s - b1;
-        const shared::Vertex& p = scene.vertices[t.v0];
-        const testing::Double3 o{p.px + b1 * e1.x + b2 * e2.x, p.py + b1 * e1.y + b2 * e2.y,
-                                 p.pz + b1 * e1.z + b2 * e2.z};
-        testing::Double3 x = std::abs(n.x) < 0.5 ? testing::Double3{0, n.z, -n.y} : testing::Double3{-n.z, 0, n.x};
-        const double lx = std::sqrt(testing::dot(x, x));
-        x = {x.x / lx, x.y / lx, x.z / lx};
-        const testing::Double3 y = testing::cross(n, x);
-        for (int tile = 0; tile < kRings * kSectors / 16; ++tile)
-            for (int i = 0; i < 16; ++i) {
-                const int ring = tile % (kRings / 4) * 4 + i % 4, sector = tile / (kRings / 4) * 4 + i / 4;
-                const double sin2 = (ring + unit(random)) / kRings,
-                             phi = 2 * 3.14159265358979 * (sector + unit(random)) / kSectors;
-                const double a = std::sqrt(sin2) * std::cos(phi), b = std::sqrt(sin2) * std::sin(phi),
-                             c = std::sqrt(1 - sin2);
-                rays.push_back({static_cast<float>(o.x), static_cast<float>(o.y), static_cast<float>(o.z), 1e-4f,
-                                static_cast<float>(a * x.x + b * y.x + c * n.x),
-                                static_cast<float>(a * x.y + b * y.y + c * n.y),
-                                static_cast<float>(a * x.z + b * y.z + c * n.z), 1e30f});
-            }
-    }
-    return rays;
-}
-
-// From the hemispheres' hits to random points of the ceiling: the shadow rays of next-event estimation.
-std::vector<Ray> shadow_rays(const std::vector<Ray>& rays, const std::vector<DeviceHit>& hits) {
-    std::mt19937 random(2);
-    std::uniform_real_distribution<float> unit(-0.25f, 0.25f);
-    std::vector<Ray> shadows;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-        const float t = hits[i].primitive == IR_NO_PRIMITIVE ? 0.0f : hits[i].t * 0.9999f;
-        Ray r = rays[i];
-        r.ox += t * r.dx, r.oy += t * r.dy, r.oz += t * r.dz;
-        r.dx = unit(random) - r.ox, r.dy = 0.98f - r.oy, r.dz = unit(random) - r.oz;
-        const float l = std::hypot(r.dx, r.dy, r.dz);
-        r.dx /= l, r.dy /= l, r.dz /= l;
-        r.t_max = l;
-        shadows.push_back(r);
-    }
-    return shadows;
-}
+constexpr int hemispheres = 192;
+// Where shadow rays go: below the Cornell box's lamp, inside the room of meshes.
+constexpr Lamp lamp{-0.25f, 0.98f, -0.25f, 0.5f, 0, 0, 0, 0, 0.5f};
 
 struct Case {
     Scene scene;
@@ -105,8 +35,8 @@ struct Case {
         embree = std::make_unique<EmbreeScene>(scene, false);
         cpu = std::make_unique<Traversal>(scene, true);
         gpu = std::make_unique<Traversal>(scene, false);
-        rays = hemispheres(scene, kHemispheres);
-        shadows = shadow_rays(rays, cpu->closest(rays));
+        rays = hemisphere_rays(surface_points(scene, hemispheres));
+        shadows = shadow_rays(rays, cpu->closest(rays), lamp);
     }
 };
 
@@ -140,6 +70,22 @@ void compare(benchmark::State& state, std::size_t rays, const DeviceRun& device,
     state.counters["ratio"] = best_embree / best_device;
 }
 
+// Of Embree's answers: the share with another primitive (or none), and the share whose distance is another too, by more
+// than 1e-4 of it. The first without the second are rays through edges, which belong to both neighbours.
+void count_differences(benchmark::State& state, const Case& c, const std::vector<DeviceHit>& hits) {
+    std::size_t other_primitive = 0, other_distance = 0;
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+        const DeviceHit e = c.embree->closest(c.rays[i]);
+        if (e.primitive == hits[i].primitive) continue;
+        ++other_primitive;
+        other_distance += !(std::abs(e.t - hits[i].t) <= 1e-4f * e.t);
+    }
+    const auto n = static_cast<double>(hits.size());
+    state.counters["rays"] = n;
+    state.counters["other primitive"] = static_cast<double>(other_primitive) / n;
+    state.counters["other distance"] = static_cast<double>(other_distance) / n;
+}
+
 void closest(benchmark::State& state, const std::string& name, const std::string& mode) {
     Case& c = get_case(name);
     Traversal& device = mode == "gpu" ? *c.gpu : *c.cpu;
@@ -154,6 +100,7 @@ void closest(benchmark::State& state, const std::string& name, const std::string
     else
         compare(
             state, set.count, [&] { device.launch("test_closest", set, set.count, {}); }, embree);
+    count_differences(state, c, device.results<DeviceHit>(set));
 }
 
 void shadow(benchmark::State& state, const std::string& name, const std::string& mode) {
@@ -166,30 +113,34 @@ void shadow(benchmark::State& state, const std::string& name, const std::string&
     const Traversal::RaySet set = tiles ? device.prepare_own_origins(c.shadows, 16) : device.prepare(c.shadows);
     if (tiles)
         compare(
-            state, set.count, [&] { device.launch("test_tile_occluded", set, set.count / 16, {16}); }, embree);
+            state, set.count, [&] { device.launch("test_tile_occluded", set, (set.count + 15) / 16, {16}); }, embree);
     else
         compare(
             state, set.count, [&] { device.launch("test_occluded", set, set.count, {}); }, embree);
+    const auto occluded = device.results<std::uint32_t>(set);
+    std::size_t others = 0, hidden = 0;
+    for (std::size_t i = 0; i < occluded.size(); ++i) {
+        others += (occluded[i] != 0) != c.embree->occluded(c.shadows[i]);
+        hidden += occluded[i] != 0;
+    }
+    const auto n = static_cast<double>(occluded.size());
+    state.counters["rays"] = n;
+    state.counters["occluded"] = static_cast<double>(hidden) / n;
+    state.counters["other answer"] = static_cast<double>(others) / n;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-    setenv("POCL_MAX_PTHREAD_COUNT", "1", 0);
+void register_rays() {
+    const auto add = [](const std::string& name, auto run) {
+        benchmark::RegisterBenchmark(name.c_str(), run)->UseManualTime()->Unit(benchmark::kMillisecond);
+    };
     for (const std::string scene : {"cornell", "mesh60k", "mesh250k"}) {
         for (const std::string mode : {"tile", "single", "gpu"})
-            benchmark::RegisterBenchmark((scene + "/closest/" + mode).c_str(),
-                                         [=](benchmark::State& s) { closest(s, scene, mode); })
-                ->UseManualTime()
-                ->Unit(benchmark::kMillisecond);
+            add("rays/" + scene + "/closest/" + mode, [=](benchmark::State& s) { closest(s, scene, mode); });
         for (const std::string mode : {"tile", "single", "gpu"})
-            benchmark::RegisterBenchmark((scene + "/shadow/" + mode).c_str(),
-                                         [=](benchmark::State& s) { shadow(s, scene, mode); })
-                ->UseManualTime()
-                ->Unit(benchmark::kMillisecond);
+            add("rays/" + scene + "/shadow/" + mode, [=](benchmark::State& s) { shadow(s, scene, mode); });
     }
-    benchmark::Initialize(&argc, argv);
-    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-    benchmark::RunSpecifiedBenchmarks();
-    return 0;
 }
+
+}  // namespace irradia::bench

@@ -1,0 +1,254 @@
+// The octree of records by the renderer's kernels: look-ups and insertion for 10^3 to 10^6 records of equal density.
+// The records lie on the six walls of a room that grows as the root of their number, so that a look-up meets equally
+// many.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <random>
+#include <tuple>
+#include <vector>
+
+#include "bench.h"
+#include "cache/RecordCache.h"
+
+namespace irradia::bench {
+namespace {
+
+constexpr std::size_t batch = 4096;    // records of one iteration: one of each 16x16 block of a megapixel
+constexpr float least_support = 0.8f;  // in units of the mean distance of records; at most 4 times that
+constexpr float pixel = 0.5f;          // distance of neighbouring pixels, in the same units
+constexpr std::size_t least_points = 1u << 17;
+constexpr float clamp_slope = 1.75f, min_spacing = 1.5f;  // the renderer's defaults
+
+struct Record {
+    shared::RecordKey key{};
+    shared::RecordValue value{};
+};
+
+// Point (a, b) of wall 0..5 of a room of edge `size`: position and inward normal.
+void wall_point(int wall, float a, float b, float size, float* p, float* n) {
+    const int axis = wall / 2;
+    p[axis] = wall % 2 ? size : 0.0f;
+    n[axis] = wall % 2 ? -1.0f : 1.0f;
+    p[(axis + 1) % 3] = a, p[(axis + 2) % 3] = b;
+    n[(axis + 1) % 3] = n[(axis + 2) % 3] = 0.0f;
+}
+
+float room_size(std::size_t records) { return std::sqrt(static_cast<float>(records) / 6.0f); }
+
+// In the order of a picture: an iteration makes records all over it, row by row, so that those of one neighbourhood
+// come from different iterations and lie far apart in memory.
+std::vector<Record> make_records(std::size_t count) {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> u(0, 1);
+    const float size = room_size(count);
+    std::vector<Record> records(count);
+    for (Record& r : records) {
+        float p[3], n[3], t[3] = {0, 0, 0};
+        const int wall = std::min(static_cast<int>(6 * u(random)), 5);
+        wall_point(wall, u(random) * size, u(random) * size, size, p, n);
+        t[(wall / 2 + 1) % 3] = 1;
+        r.key.px = p[0], r.key.py = p[1], r.key.pz = p[2];
+        r.key.nx = n[0], r.key.ny = n[1], r.key.nz = n[2];
+        r.key.t2x = t[0], r.key.t2y = t[1], r.key.t2z = t[2];
+        r.key.support1 = least_support * std::exp2(2 * u(random));
+        r.key.support2 = r.key.support1 * (1 + u(random));
+        for (float& e : r.value.e) e = 1 + u(random);
+        for (float& g : r.value.translation) g = 0.1f * (u(random) - 0.5f);
+    }
+    const float row = size * std::sqrt(6.0f / static_cast<float>(batch));
+    const auto place = [&](const Record& r) {  // wall, row, column
+        const float p[3] = {r.key.px, r.key.py, r.key.pz}, n[3] = {r.key.nx, r.key.ny, r.key.nz};
+        const int axis = n[0] != 0 ? 0 : n[1] != 0 ? 1 : 2;
+        return std::tuple(axis, n[axis], std::floor(p[(axis + 2) % 3] / row), p[(axis + 1) % 3]);
+    };
+    for (std::size_t first = 0; first < count; first += batch)
+        std::sort(records.begin() + static_cast<std::ptrdiff_t>(first),
+                  records.begin() + static_cast<std::ptrdiff_t>(std::min(first + batch, count)),
+                  [&](const Record& a, const Record& b) { return place(a) < place(b); });
+    return records;
+}
+
+// Six floats each. `coherent`: every pixel of every wall, in tiles of 4x4, as the renderer shades them.
+std::vector<float> make_points(std::size_t records, bool coherent) {
+    const float size = room_size(records);
+    std::vector<float> points;
+    const auto add = [&](int wall, float a, float b) {
+        float p[3], n[3];
+        wall_point(wall, a, b, size, p, n);
+        points.insert(points.end(), {p[0], p[1], p[2], n[0], n[1], n[2]});
+    };
+    if (coherent) {
+        const int tiles = static_cast<int>(std::ceil(size / pixel / 4));
+        const float step = size / static_cast<float>(4 * tiles);
+        while (points.size() < 6 * least_points)
+            for (int wall = 0; wall < 6; ++wall)
+                for (int row = 0; row < tiles; ++row)
+                    for (int column = 0; column < tiles; ++column)
+                        for (int i = 0; i < 16; ++i)
+                            add(wall, (static_cast<float>(4 * column + i % 4) + 0.5f) * step,
+                                (static_cast<float>(4 * row + i / 4) + 0.5f) * step);
+    } else {
+        std::mt19937 random(2);
+        std::uniform_real_distribution<float> u(0, 1);
+        for (std::size_t i = 0; i < 2 * least_points; ++i)
+            add(std::min(static_cast<int>(6 * u(random)), 5), u(random) * size, u(random) * size);
+    }
+    return points;
+}
+
+class Octree {
+public:
+    Octree(const std::string& select, std::size_t count, bool clamp)
+        : device_(options(select)), records_(make_records(count)), clamp_(clamp) {
+        shared::ShadingPoint point{};
+        point.footprint = pixel;
+        points_ = device_.upload(&point, sizeof point);
+        stack_ = device_.upload(std::vector<std::uint32_t>(batch, 0));
+        fill();  // compiles
+    }
+
+    // Seconds of inserting all records into an empty cache, with its growth; without writing the records themselves,
+    // which sample_hemispheres does.
+    double fill() {
+        CacheSettings settings;
+        const float size = room_size(records_.size());
+        settings.lower = {0, 0, 0};
+        settings.upper = {size, size, size};
+        settings.weight = IR_WEIGHT_CUBIC;
+        settings.clamp_slope = clamp_ ? clamp_slope : 0.0f;
+        settings.min_spacing = min_spacing;
+        cache_ = std::make_unique<RecordCache>(device_, settings);
+        double seconds = 0;
+        for (std::size_t first = 0; first < records_.size(); first += batch) {
+            const std::size_t n = std::min(batch, records_.size() - first);
+            DeviceClock growth(device_);
+            const std::uint32_t at = cache_->reserve(n);
+            seconds += growth.seconds();
+            std::vector<shared::RecordKey> keys(n);
+            std::vector<shared::RecordValue> values(n);
+            for (std::size_t i = 0; i < n; ++i)
+                keys[i] = records_[first + i].key, values[i] = records_[first + i].value;
+            device_.write(const_cast<Buffer&>(cache_->keys()), keys.data(), n * sizeof keys[0], at * sizeof keys[0]);
+            device_.write(const_cast<Buffer&>(cache_->values()), values.data(), n * sizeof values[0],
+                          at * sizeof values[0]);
+            device_.finish();
+            DeviceClock insertion(device_);
+            cache_->insert(n, points_, stack_);
+            seconds += insertion.seconds();
+        }
+        return seconds;
+    }
+
+    double look_up(const Buffer& points, const Buffer& out, std::size_t count) {
+        DeviceClock clock(device_);
+        Kernel kernel = device_.kernel("cache_test.cl", "look_up", cache_->defines());
+        cache_->bind(kernel, false)
+            .arg(points)
+            .arg(out)
+            .arg(static_cast<std::uint32_t>(cache_->size()))
+            .arg(std::uint32_t{0})
+            .arg(static_cast<std::uint32_t>(count))
+            .run((count + 63) / 64, 64);
+        return clock.seconds();
+    }
+
+    // Records met and used by a look-up, in the mean.
+    std::pair<double, double> met(const Buffer& points, std::size_t count) {
+        std::vector<std::uint32_t> counts(2 * count);
+        const Buffer out = device_.upload(counts);
+        Kernel kernel = device_.kernel("cache_test.cl", "count_met", cache_->defines());
+        cache_->bind(kernel, false)
+            .arg(points)
+            .arg(out)
+            .arg(static_cast<std::uint32_t>(count))
+            .run((count + 63) / 64, 64);
+        device_.read(out, counts.data(), counts.size() * sizeof counts[0]);
+        double all = 0, used = 0;
+        for (std::size_t i = 0; i < count; ++i) all += counts[2 * i], used += counts[2 * i + 1];
+        return {all / static_cast<double>(count), used / static_cast<double>(count)};
+    }
+
+    [[nodiscard]] const RecordCache& cache() const { return *cache_; }
+    Device& device() { return device_; }
+
+private:
+    static DeviceOptions options(const std::string& select) {
+        DeviceOptions o;
+        o.select = select;
+        return o;
+    }
+    Device device_;
+    std::vector<Record> records_;
+    bool clamp_;
+    Buffer points_, stack_;
+    std::unique_ptr<RecordCache> cache_;
+};
+
+Octree& get_octree(const std::string& device, std::size_t count) {
+    static std::map<std::size_t, std::unique_ptr<Octree>> octrees;
+    std::unique_ptr<Octree>& o = octrees[count];
+    if (!o) o = std::make_unique<Octree>(device, count, false);
+    return *o;
+}
+
+void report_octree(benchmark::State& state, const RecordCache& cache) {
+    const RecordCache::Octree& o = cache.octree();
+    state.counters["records"] = static_cast<double>(cache.size());
+    state.counters["octree bytes"] = 36.0 * static_cast<double>(o.nodes) + 8.0 * static_cast<double>(o.entries);
+    state.counters["entries a record"] = static_cast<double>(o.entries) / static_cast<double>(cache.size());
+    state.counters["depth"] = static_cast<double>(o.depth);
+}
+
+void look_up(benchmark::State& state, const std::string& device, std::size_t records, bool coherent) {
+    Octree& octree = get_octree(device, records);
+    const std::vector<float> points = make_points(records, coherent);
+    const std::size_t count = points.size() / 6;
+    const Buffer in = octree.device().upload(points), out = octree.device().allocate(4 * count * sizeof(float));
+    octree.look_up(in, out, count);  // compiles
+    double best = 1e30;
+    for (auto _ : state) {
+        const double seconds = octree.look_up(in, out, count);
+        best = std::min(best, seconds);
+        state.SetIterationTime(seconds);
+    }
+    const auto [met, used] = octree.met(in, count);
+    state.counters["ns a look-up"] = 1e9 * best / static_cast<double>(count);
+    state.counters["met"] = met;
+    state.counters["used"] = used;
+    report_octree(state, octree.cache());
+}
+
+void insert(benchmark::State& state, const std::string& device, std::size_t records, bool clamp) {
+    Octree octree(device, records, clamp);
+    double best = 1e30;
+    for (auto _ : state) {
+        const double seconds = octree.fill();
+        best = std::min(best, seconds);
+        state.SetIterationTime(seconds);
+    }
+    state.counters["ns an insertion"] = 1e9 * best / static_cast<double>(records);
+    report_octree(state, octree.cache());
+}
+
+}  // namespace
+
+void register_octree(const std::string& device) {
+    const auto add = [](const std::string& name, auto run) {
+        benchmark::RegisterBenchmark(name.c_str(), run)->UseManualTime()->Unit(benchmark::kMillisecond);
+    };
+    const std::size_t sizes[] = {1000, 10000, 100000, 1000000};
+    for (const bool coherent : {true, false})
+        for (const std::size_t n : sizes)
+            add(std::string("octree/look_up/") + (coherent ? "coherent/" : "random/") + std::to_string(n),
+                [=](benchmark::State& s) { look_up(s, device, n, coherent); });
+    for (const bool clamp : {false, true})
+        for (const std::size_t n : sizes)
+            add(std::string("octree/insert/") + (clamp ? "clamped/" : "plain/") + std::to_string(n),
+                [=](benchmark::State& s) { insert(s, device, n, clamp); });
+}
+
+}  // namespace irradia::bench
