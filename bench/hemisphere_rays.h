@@ -89,8 +89,8 @@ std::vector<Ray> shadow_rays(const std::vector<Ray>& rays, const std::vector<Hit
     std::uniform_real_distribution<float> unit(0, 1);
     std::vector<Ray> shadows;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (hits[i].primitive == IR_NO_PRIMITIVE) continue;
-        const float t = hits[i].t * 0.9999f, a = unit(random), b = unit(random);
+        const float t = hits[i].primitive == IR_NO_PRIMITIVE ? 0.0f : hits[i].t * 0.9999f;
+        const float a = unit(random), b = unit(random);
         Ray r = rays[i];
         r.ox += t * r.dx, r.oy += t * r.dy, r.oz += t * r.dz;
         r.dx = lamp.px + a * lamp.ux + b * lamp.vx - r.ox;
