@@ -154,7 +154,8 @@ std::vector<shared::ShadingPoint> shading_points(const std::vector<SurfacePoint>
 }
 
 // form "grid": as the renderer does by default, light of the second bounce from the irradiance grid; "bounce": no grid,
-// and paths end after the hemisphere's ray and its shadow ray; "paths": no grid, paths of any length.
+// and paths end where the hemisphere's ray hits, with a shadow ray and a ray along the BSDF, which weighs against it;
+// "paths": no grid, paths of any length.
 void hemisphere(benchmark::State& state, const std::string& select, const std::string& name, const std::string& form) {
     Case& c = get_case(name, select);
     RenderSettings settings;
