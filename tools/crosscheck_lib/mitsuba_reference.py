@@ -16,6 +16,7 @@ WAVEFRONT = 1 << 23  # samples at once
 
 
 def rewritten(scene, width, height, max_depth):
+    """Also what tools/study renders."""
     tree = ET.parse(scene)
     root = tree.getroot()
     sensors = list(root.iter("sensor"))
@@ -67,4 +68,5 @@ def main():
         mi.Bitmap((total / done).astype(np.float32)).write(f"{prefix}{part}.exr")
 
 
-main()
+if __name__ == "__main__":
+    main()

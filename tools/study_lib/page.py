@@ -71,7 +71,7 @@ def points_table(rows):
             mean_bias += f" ± {percent(interval, 2)}"
         number = lambda key, show: cell("" if v[key] is None else show(v[key]), v[key])
         out.append(f"<tr class={'peer' if r.peer else 'ours'}>" + "".join([
-            cell(text(r.point.series), r.point.series), cell(text(r.point.label), r.point.label),
+            cell(text(r.point.series), r.point.series), cell(text(r.point.label), r.point.label, "left"),
             cell(seconds(r.seconds), r.seconds), number("render_seconds", seconds), number("cpu_seconds", seconds),
             number("device_seconds", seconds), number("rays", count), number("records", count),
             number("peak_bytes", lambda b: f"{b / 2**20:.0f}"), cell(percent(r.rel_rmse), r.rel_rmse),

@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 from . import BadInput, processes
@@ -17,15 +18,10 @@ def size_of(picture):
     """Width and height, by a process of its own (processes.py says why)."""
     code = ("import sys, OpenImageIO as o; i = o.ImageInput.open(sys.argv[1]); "
             "print(i.spec().width, i.spec().height) if i else sys.exit(1)")
-    line = processes.output([_python(), "-c", code, str(picture)])
+    line = processes.output([sys.executable, "-c", code, str(picture)])
     if not line:
         raise BadInput(f"{picture}: an EXR or PFM that can be read was expected")
     return tuple(map(int, line.split()))
-
-
-def _python():
-    import sys
-    return sys.executable
 
 
 def compiled_kernels():
@@ -86,12 +82,13 @@ class Ours:
                 if build < SLOW_BUILD and compiled_kernels() == before:
                     break
         device = s["device"]
-        return {**cost, "render_seconds": s["wall_seconds"]["render"], "total_seconds": s["wall_seconds"]["total"],
+        return {**cost, "render_seconds": s["wall_seconds"]["render"],
                 "device_seconds": sum(t["seconds"] for n, t in s["stages"].items() if n != "build"),
                 "build_seconds": build, "rays": s["rays"]["total"],
                 "records": s["records"] + s["radiance_records"]["count"], "peak_bytes": cost["peak_bytes"],
                 "device_bytes": s["memory"]["device_peak_bytes"], "settings": s["settings"],
-                "ran_on": f"{device['name']}, {device['platform']} {device['driver']}, {device['threads'] or 'all'} threads",
+                "ran_on": f"{device['name']}, {device['platform']} {device['driver']}, "
+                          f"{device['threads'] or 'all'} thread{'s' if device['threads'] != 1 else ''}",
                 "version": f"Irradia {s['irradia']}", "command": self.command(point, seed, "OUT.exr")}
 
 

@@ -13,8 +13,8 @@ from crosscheck_lib import pictures
 from . import BadInput
 from .statistics import signed_root, split_error
 
-TIMES = {"total": "total_seconds", "render": "render_seconds", "cpu": "cpu_seconds", "device": "device_seconds"}
-COSTS = ("wall_seconds", "total_seconds", "render_seconds", "cpu_seconds", "device_seconds", "build_seconds",
+TIMES = {"total": "wall_seconds", "render": "render_seconds", "cpu": "cpu_seconds", "device": "device_seconds"}
+COSTS = ("wall_seconds", "render_seconds", "cpu_seconds", "device_seconds", "build_seconds",
          "denoise_seconds", "rays", "records", "peak_bytes", "device_bytes")
 ERRORS = ("rel_rmse", "relmse", "mean_bias", "mean_bias_interval_95", "ssim", "flip")
 
