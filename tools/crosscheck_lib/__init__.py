@@ -3,3 +3,6 @@
 
 class BadInput(Exception):
     """One line for the user: what was found, what was expected."""
+
+
+MITSUBA = "3.9.1"  # what is installed from PyPI, for tools/study too

@@ -8,9 +8,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from . import BadInput, pictures
-
-MITSUBA = "3.9.1"
+from . import MITSUBA, BadInput, pictures
 
 
 def call(arguments, what):

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 
-from crosscheck_lib.renderers import MITSUBA
+from crosscheck_lib import MITSUBA
 
 from . import BadInput, processes
 from .ledger import file_hash
@@ -19,18 +19,16 @@ PACKAGES = {"mitsuba": (f"mitsuba=={MITSUBA}", "numpy"), "pyoidn": ("pyoidn==2.5
 CHILD = pathlib.Path(__file__).with_name("mitsuba_peer.py")
 OLDEST_LLVM = 17  # older ones abort on AVX-512 machines
 # Samples along each edge of a pixel, and options of rpict: its irradiance cache from coarse to fine.
-RADIANCE = ((2, "-ab 6 -aa 0.3 -ad 256 -as 64 -ar 32 -ds 0.25 -lw 1e-3"),
+RADIANCE = ((2, "-ab 6 -aa 0.3 -ad 256 -as 64 -ar 32 -ds 0.25 -dj 1 -lw 1e-3"),
             (4, "-ab 14 -aa 0.3 -ad 256 -as 64 -ar 32 -ds 0.15 -dj 1 -u+ -lw 1e-5"),
             (6, "-ab 14 -aa 0.2 -ad 1024 -as 256 -ar 64 -ds 0.1 -dj 1 -u+ -lw 1e-5"))
-# rpict's picture, INTO n x n means: OUT.exr
+# RAW floats of pvalue, WIDTH, HEIGHT, N: means of N x N into OUT.exr. OpenImageIO itself reads RADIANCE's pictures half a
+# step of their mantissa too dark, which is a per cent where a channel is faint.
 SHRINK = """
-import sys, OpenImageIO as o
-b = o.ImageBuf(sys.argv[1])
-n = int(sys.argv[2])
-w, h = b.spec().width // n, b.spec().height // n
-p = b.get_pixels(o.FLOAT)[..., :3].astype("f8").reshape(h, n, w, n, 3).mean(axis=(1, 3)).astype("f4").copy()
-r = o.ImageBuf(p)
-sys.exit(0 if r.write(sys.argv[3]) else 1)
+import sys, numpy, OpenImageIO as o
+w, h, n = map(int, sys.argv[2:5])
+p = numpy.fromfile(sys.argv[1], "f4").astype("f8").reshape(h, n, w, n, 3).mean(axis=(1, 3)).astype("f4").copy()
+sys.exit(0 if o.ImageBuf(p).write(sys.argv[5]) else 1)
 """
 
 
@@ -152,7 +150,11 @@ class Peers:
                    *options]
         cost = processes.measured([*command, self.octree], self.o.threads, self.o.timeout, self.radiance_environment,
                                   picture)
-        if subprocess.run([sys.executable, "-c", SHRINK, picture, str(n), str(out)], capture_output=True).returncode != 0:
+        raw = os.path.join(self.work.name, "x.raw")
+        processes.measured([self.radiance / "bin" / "pvalue", "-h", "-H", "-df", picture], 0,
+                           env=self.radiance_environment, stdout=raw)
+        shrink = [sys.executable, "-c", SHRINK, raw, *map(str, self.size), str(n), str(out)]
+        if subprocess.run(shrink, capture_output=True).returncode != 0:
             raise processes.Failed(1, "rpict wrote no picture that can be read")
         return {**cost, "render_seconds": cost["wall_seconds"], "ran_on": "rpict, 1 thread",
                 "version": processes.output([str(rpict), "-version"]), "command": [*command, "scene.oct"]}
@@ -173,7 +175,7 @@ class Peers:
     def definition(self, point):
         if point.peer == "radiance":
             return {"peer": point.peer, "options": list(point.options), "packages": PACKAGES["pyradiance"],
-                    "polygons": self.polygons, "view": self.view}
+                    "polygons": self.polygons, "view": self.view, "means": file_hash(__file__)}
         return {"peer": point.peer, "options": list(point.options), "variant": self.variant, "llvm": self.llvm,
                 "script": self.script, "packages": [PACKAGES["mitsuba"], PACKAGES["pyoidn"]], "define": self.o.define}
 
