@@ -39,8 +39,8 @@ size, seed, threads and device, which the study sets.
 
 --run-peers renders with Mitsuba 3 (path tracer, multijitter sampler, unlimited depth, with and without OIDN) and RADIANCE
 (rpict, its irradiance cache; diffuse scenes only) in turn with ours. They are installed from PyPI into --venv. A peer's
-seconds are those of its rendering and denoising alone, what it compiles beforehand not counted, whatever --time says of
-ours. Mitsuba's LLVM variants need LLVM 17 or newer (Debian: libllvm19, or DRJIT_LIBLLVM_PATH); without it the slower
+seconds are those of its rendering and denoising alone, what it compiles beforehand not counted (with --time cpu, CPU
+seconds, else the clock's); ours are of the whole program unless --time says otherwise. Mitsuba's LLVM variants need LLVM 17 or newer (Debian: libllvm19, or DRJIT_LIBLLVM_PATH); without it the slower
 scalar variant runs, and the page says so.
 
 Examples
@@ -93,7 +93,7 @@ def parse(arguments):
     add("--render-option", action="append", default=[], metavar="OPT",
         help="handed to every run of render, for example --render-option=--rfilter=box")
     add("--time", choices=("total", "render", "cpu", "device"), default="total",
-        help="seconds of ours that are plotted: whole program [total], rendering alone, CPU, device's kernels")
+        help="seconds that are plotted: whole program [total], rendering alone, CPU (on a busy machine), device's kernels")
     add("--timeout", type=number(float, 0.1), metavar="S", help="no run may take longer; it counts as failed")
     add("--report-only", action="store_true", help="render nothing, report what is there")
     add("--peers", metavar="CSV", help="other renderers' figures to plot: columns method, rel_rmse, and seconds or "

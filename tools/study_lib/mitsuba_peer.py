@@ -105,16 +105,16 @@ def picture():
     denoiser = Denoiser((*shape[:2], 3)) if job["denoise"] else None
     if denoiser:
         denoiser(np.zeros(shape, np.float32))
-    began = time.perf_counter()
+    began, cpu_began = time.perf_counter(), time.process_time()
     result = render(scene, spp, job["seed"])
-    seconds = denoising = time.perf_counter() - began
+    rendered = time.perf_counter()
     if denoiser:
         result = denoiser(result)
-        denoising = time.perf_counter() - began - seconds
-        seconds += denoising
+    ended, cpu_seconds = time.perf_counter(), time.process_time() - cpu_began
     dr.set_thread_count(max(AT_LEAST, CORES))
     mi.Bitmap(np.ascontiguousarray(result[..., :3], np.float32)).write(job["out"])
-    return {"render_seconds": seconds, "denoise_seconds": denoising if denoiser else None}
+    return {"render_seconds": ended - began, "render_cpu_seconds": cpu_seconds,
+            "denoise_seconds": ended - rendered if denoiser else None}
 
 
 # ---- for RADIANCE ----------------------------------------------------------------------------------------------------

@@ -156,7 +156,8 @@ class Peers:
         shrink = [sys.executable, "-c", SHRINK, raw, *map(str, self.size), str(n), str(out)]
         if subprocess.run(shrink, capture_output=True).returncode != 0:
             raise processes.Failed(1, "rpict wrote no picture that can be read")
-        return {**cost, "render_seconds": cost["wall_seconds"], "ran_on": "rpict, 1 thread",
+        return {**cost, "render_seconds": cost["wall_seconds"],
+                "render_cpu_seconds": cost["cpu_seconds"], "ran_on": "rpict, 1 thread",
                 "version": processes.output([str(rpict), "-version"]), "command": [*command, "scene.oct"]}
 
     # ---- what command.py asks for ----

@@ -21,10 +21,11 @@ STYLE = {"font.size": 9.5, "axes.edgecolor": FAINT, "axes.labelcolor": INK, "tex
 
 
 def shade(colour, share):
-    """Of one hue, from dark (0) to light (1)."""
+    """Near one hue, from dark (0) to light (1); neighbours differ in hue too."""
     r, g, b = (int(colour[i:i + 2], 16) / 255 for i in (1, 3, 5))
     h, l, s = colorsys.rgb_to_hls(r, g, b)
-    return colorsys.hls_to_rgb(h, min(0.72, l * 0.75 + share * 0.4), s * (1 - 0.25 * share))
+    h += 0.14 * (share - 0.5) * (1 if share * 10 % 2 < 1 else -1)
+    return colorsys.hls_to_rgb(h % 1, min(0.68, l * 0.8 + share * 0.32), s)
 
 
 def looks(series):
@@ -36,7 +37,7 @@ def looks(series):
     for method, names in methods.items():
         hue = PEER_HUES[peers.index(method) % len(PEER_HUES)] if method in peers else HUES.get(method, "#57606a")
         for i, name in enumerate(names):
-            out[name] = shade(hue, i / max(1, len(names) - 1) if len(names) > 1 else 0.2), MARKERS[i % len(MARKERS)]
+            out[name] = shade(hue, i / (len(names) - 1)) if len(names) > 1 else hue, MARKERS[i % len(MARKERS)]
     return out
 
 

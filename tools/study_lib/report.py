@@ -62,7 +62,10 @@ def row_of(point, runs, time, mask):
         values["mean_bias_interval_95"] = student_95(len(runs) - 1) * spread
     values |= {"seeds": len(runs), "variance": variance, "noise": signed_root(variance),
                "bias_squared": bias_squared, "bias": signed_root(bias_squared)}
-    seconds = values[TIMES[time]] if not point.peer else values["render_seconds"]
+    if point.peer:  # what it renders and denoises in, and nothing else
+        seconds = median(runs, "render_cpu_seconds" if time == "cpu" else "render_seconds")
+    else:
+        seconds = values[TIMES[time]]
     return Row(point, runs, seconds, math.sqrt(max(mse, 0.0)) / reference, values)
 
 
