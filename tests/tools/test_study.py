@@ -1,4 +1,5 @@
-"""tools/study: its statistics on synthetic figures of known truth, its ledger after accidents, its sweeps, what runs cost."""
+"""tools/study: its statistics on synthetic figures of known truth, its ledger after accidents, its sweeps, what runs
+cost."""
 import contextlib
 import io
 import json
@@ -168,7 +169,8 @@ class Sweeps(unittest.TestCase):
             self.assertGreater(glossy, plain)
 
     def test_series_take_turns(self):
-        series = self.expand({"name": "s", "vary": "--spp", "values": [1, 2]}, {"name": "t", "vary": "--spp", "values": [3]})
+        series = self.expand({"name": "s", "vary": "--spp", "values": [1, 2]},
+                             {"name": "t", "vary": "--spp", "values": [3]})
         order = [(p.label, seed) for p, seed in sweeps.in_turn(series, (7, 8))]
         self.assertEqual(order, [(f"spp {n}", seed) for seed in (7, 8) for n in (1, 3, 2)])
 

@@ -13,7 +13,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RENDER, COMPARE = sys.argv[1:3]
-SWEEP = {"series": [{"name": "cache", "options": "--hemisphere 8x24 --grid-paths 4096", "vary": "--spp", "values": [4, 16]},
+SWEEP = {"series": [{"name": "cache", "options": "--hemisphere 8x24 --grid-paths 4096", "vary": "--spp",
+                     "values": [4, 16]},
                     {"name": "path", "options": "--method path", "vary": "--spp", "values": [16, 64]}]}
 
 
@@ -44,9 +45,10 @@ class Study(unittest.TestCase):
         cls.folder = pathlib.Path(cls.work.name)
         cls.scene = ROOT / "scenes" / "cornell-box.xml"
         (cls.folder / "sweep.json").write_text(json.dumps(SWEEP))
-        (cls.folder / "peers.csv").write_text("method,settings,seconds,rel_rmse\nother <one>,a,0.5,0.4\nother <one>,b,2,0.2\n")
-        subprocess.run([RENDER, cls.scene, "-o", cls.folder / "ref.exr", "-q", "--method", "path", "--spp", "1024", "--seed",
-                        "99", "--width", "32", "--height", "32", "--rfilter", "box"], check=True)
+        (cls.folder / "peers.csv").write_text("method,settings,seconds,rel_rmse\n"
+                                              "other <one>,a,0.5,0.4\nother <one>,b,2,0.2\n")
+        subprocess.run([RENDER, cls.scene, "-o", cls.folder / "ref.exr", "-q", "--method", "path", "--spp", "1024",
+                        "--seed", "99", "--width", "32", "--height", "32", "--rfilter", "box"], check=True)
 
     @classmethod
     def tearDownClass(cls):
@@ -54,9 +56,9 @@ class Study(unittest.TestCase):
 
     def command(self, *more, seeds="2", out="out"):
         return [sys.executable, "-B", "-c", "import sys, study_lib.command as c; sys.exit(c.main(sys.argv[1:]))",
-                str(self.scene), "--reference", str(self.folder / "ref.exr"), "--sweep", str(self.folder / "sweep.json"),
-                "--seeds", seeds, "--render", RENDER, "--compare", COMPARE, "--render-option=--rfilter=box", "-o",
-                str(self.folder / out), *more]
+                str(self.scene), "--reference", str(self.folder / "ref.exr"),
+                "--sweep", str(self.folder / "sweep.json"), "--seeds", seeds, "--render", RENDER, "--compare", COMPARE,
+                "--render-option=--rfilter=box", "-o", str(self.folder / out), *more]
 
     def study(self, *more, **options):
         return subprocess.run(self.command(*more, **options), capture_output=True, text=True,
@@ -94,8 +96,8 @@ class Study(unittest.TestCase):
                            "variance"):
                 self.assertGreater(float(p[column]), 0, column)
         self.assertEqual([float(p["records"]) > 0 for p in points], [True, True, False, False])
-        # The error of paths is noise alone, all of it (the reference's own, 64 times the samples, is 1/8 of the last's),
-        # and falls as 1/sqrt(spp).
+        # The error of paths is noise alone, all of it (the reference's own, of 1024, is a quarter of the last's: 3 % of
+        # what is seen), and falls as 1/sqrt(spp).
         path = points[2:]
         for p in path:
             self.assertAlmostEqual(float(p["noise"]) / float(p["rel_rmse"]), 1, delta=0.15)

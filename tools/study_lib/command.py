@@ -11,10 +11,10 @@ from . import BadInput, processes, sweeps
 from .ledger import Ledger, key_of
 from .renderers import Judge, Ours, size_of
 
-DESCRIPTION = "What does an error cost? Sweeps methods and parameters over several seeds, and reports speed against error."
+DESCRIPTION = "What does an error cost? Sweeps methods and parameters over seeds, and reports speed against error."
 EPILOG = """\
-Each run is a fresh process of `render`, its kernels compiled before, kept on as many cores as it has threads; peers too.
-Order: seeds outermost, then series by turns, so that a machine that slows down slows all alike. DIR holds
+Each run is a fresh process of `render`, its kernels compiled before, kept on as many cores as it has threads; peers
+too. Order: seeds outermost, then series by turns, so that a machine that slows down slows all alike. DIR holds
 
   study.html    one page with all that follows, to be opened anywhere
   *.svg, *.png  error against time, against records, against accuracy a; logarithmic both ways
@@ -31,17 +31,18 @@ or a JSON file:
 
   {{"series": [
     {{"name": "coarse", "options": "--method irradiance --accuracy 0.4", "vary": "--spp", "values": [16, 64]}},
-    {{"name": "both ways", "options": "--spp 64", "points": ["--radius harmonic", "--radius minimum --accuracy 0.1"]}}]}}
+    {{"name": "two ways", "options": "--spp 64", "points": ["--radius harmonic", "--radius minimum --overlap 2"]}}]}}
 
 A series has fixed options and points; "vary" and "values" are short for points of one option. "needs": "glossy" leaves
-it out where the scene has neither rough conductor nor rough plastic. Options are those of `render --help`, but for file,
-size, seed, threads and device, which the study sets.
+it out where the scene has neither rough conductor nor rough plastic. Options are those of `render --help`, but for
+file, size, seed, threads and device, which the study sets.
 
---run-peers renders with Mitsuba 3 (path tracer, multijitter sampler, unlimited depth, with and without OIDN) and RADIANCE
-(rpict, its irradiance cache; diffuse scenes only) in turn with ours. They are installed from PyPI into --venv. A peer's
-seconds are those of its rendering and denoising alone, what it compiles beforehand not counted (with --time cpu, CPU
-seconds, else the clock's); ours are of the whole program unless --time says otherwise. Mitsuba's LLVM variants need LLVM 17 or newer (Debian: libllvm19, or DRJIT_LIBLLVM_PATH); without it the slower
-scalar variant runs, and the page says so.
+--run-peers renders with Mitsuba 3 (path tracer, multijitter sampler, unlimited depth, with and without OIDN) and
+RADIANCE (rpict, its irradiance cache; diffuse scenes only) in turn with ours. They are installed from PyPI into --venv.
+They filter by a box: if the scene does not, give --render-option=--rfilter=box. A peer's seconds are those of its
+rendering and denoising alone, what it compiles beforehand not counted (with --time cpu, CPU seconds, else the clock's);
+ours are of the whole program unless --time says otherwise. Mitsuba's LLVM variants need LLVM 17 or newer (Debian:
+libllvm19, or DRJIT_LIBLLVM_PATH); without it the slower scalar variant runs, and the page says so.
 
 Examples
   tools/study scenes/cornell-box.xml --reference ref.exr -o study
@@ -93,7 +94,8 @@ def parse(arguments):
     add("--render-option", action="append", default=[], metavar="OPT",
         help="handed to every run of render, for example --render-option=--rfilter=box")
     add("--time", choices=("total", "render", "cpu", "device"), default="total",
-        help="seconds that are plotted: whole program [total], rendering alone, CPU (on a busy machine), device's kernels")
+        help="seconds that are plotted: whole program [total], rendering alone, CPU (on a busy machine), device's "
+        "kernels")
     add("--timeout", type=number(float, 0.1), metavar="S", help="no run may take longer; it counts as failed")
     add("--report-only", action="store_true", help="render nothing, report what is there")
     add("--peers", metavar="CSV", help="other renderers' figures to plot: columns method, rel_rmse, and seconds or "
@@ -223,5 +225,5 @@ def main(arguments):
         print(f"study: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(f"study: stopped; the same command goes on where it was", file=sys.stderr)
+        print("study: stopped; the same command goes on where it was", file=sys.stderr)
         return 130

@@ -42,7 +42,8 @@ class Ledger:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             self._file.close()
-            raise BadInput(f"{self.folder}: another tools/study is at work there, a folder of its own was expected") from None
+            raise BadInput(f"{self.folder}: another tools/study is at work there, a folder of its own was "
+                           "expected") from None
         self._entries = {}
         self._read()
 

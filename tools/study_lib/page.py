@@ -35,6 +35,10 @@ def count(n):
     return "" if n is None else f"{n:.0f}" if n < 1e4 else f"{n / 1e3:.1f} k" if n < 1e6 else f"{n / 1e6:.1f} M"
 
 
+def several(n, what):
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
 def cell(shown, value=None, kind=""):
     raw = "" if value is None else f' data-value="{text(f"{value:.8g}" if isinstance(value, float) else value)}"'
     return f"<td{f' class={kind}' if kind else ''}{raw}>{shown}</td>"
@@ -108,16 +112,16 @@ def machines_table(rows):
         cells = [*map(text, where), f"{min(loads):.1f} to {max(loads):.1f}", len(runs),
                  dates[0][:16].replace("T", " ") + " to " + dates[-1][11:16]]
         lines.append("<tr>" + "".join(f"<td class=left>{c}</td>" for c in cells) + "</tr>")
-    return head(["program", "ran on", "CPU", "cores usable", "memory", "system", "load before a run", "runs", "when"], 9) + \
-        f"<tbody>{''.join(lines)}</tbody>"
+    names = ["program", "ran on", "CPU", "cores usable", "memory", "system", "load before a run", "runs", "when"]
+    return head(names, len(names)) + f"<tbody>{''.join(lines)}</tbody>"
 
 
 def notes_on_points(o, flip_note):
     what = {"total": "the whole program, kernels compiled before", "render": "rendering alone",
             "cpu": "of the CPU, user and system", "device": "of the device's kernels"}[o.time]
     return (f"Seconds: {what}; of peers, rendering and denoising alone. Medians over seeds. Noise is the root of the "
-            "variance over seeds, bias the root of what is left of the squared error (−: below 0, so none was seen), both "
-            "relative to the mean; mean bias with its 95 % interval. " + text(flip_note))
+            "variance over seeds, bias the root of what is left of the squared error (−: below 0, so none was seen), "
+            "both relative to the mean; mean bias with its 95 % interval. " + text(flip_note))
 
 
 def html(study, rows, series, peers, times, plots, shown, reference_png, scale, flip_note):
@@ -128,22 +132,23 @@ def html(study, rows, series, peers, times, plots, shown, reference_png, scale, 
     noise = "two halves" if o.ref_b else f"error {percent(o.ref_error)}, taken out" if o.ref_error else \
         "its own error is not known and stays in the figures"
     subtitle = (f"{study.size[0]} × {study.size[1]} pixels; reference {text(pathlib.Path(o.reference).name)} ({noise})"
-                f"{', masked' if o.mask else ''}; {len(rows)} points, {o.seeds} seeds, {len(runs)} runs; "
-                f"{o.threads or 'all'} thread{'' if o.threads == 1 else 's'} on the host")
+                f"{', masked' if o.mask else ''}; {len(rows)} points, {several(o.seeds, 'seed')}, {len(runs)} runs; "
+                f"{several(o.threads or 'all', 'thread')} on the host")
     failures = "".join(f"<p class=warning>{text(p.series)}, {text(p.label)} failed: {text(why)}</p>"
                        for p, why in study.failed)
     failures += "".join(f"<p class=warning>{text(note)}</p>" for note in study.notes)
     if len(runs) < len(study.plan):
         failures += f"<p class=warning>{len(runs)} of {len(study.plan)} runs are done.</p>"
-    figures = "".join(f'<h2>{text(name)}</h2><div class=plot><img alt="{text(name)}" src="{uri(data, "svg+xml")}"></div>'
-                      for name, data in plots)
-    times_note = ("Between measured points, as if log time were linear in log error. &lt;: the quickest point is better "
-                  "already; ~: beyond the last point by 1/√time, of path tracers; –: not reached. Blue: the fastest.")
+    figures = "".join(f'<h2>{text(name)}</h2><div class=plot><img alt="{text(name)}" '
+                      f'src="{uri(data, "svg+xml")}"></div>' for name, data in plots)
+    times_note = ("Between measured points, as if log time were linear in log error. &lt;: the quickest point is "
+                  "better already; ~: beyond the last point by 1/√time, of path tracers; –: not reached. Blue: the "
+                  "fastest.")
     if peers:
         times_note += f" Given: from {text(pathlib.Path(o.peers).name)}, dashed grey in the plot; not measured here."
-    provenance = (f"Checkout {text(processes.commit(study.o.root) or 'unknown')}; sweep {text(study.sweep_name)}; scene "
-                  f"{study.scene.hash}, render {study.ours.hash}; Python {text(study.machine['python'])}; written "
-                  f"{datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')}.")
+    provenance = (f"Checkout {text(processes.commit(study.o.root) or 'unknown')}; sweep {text(study.sweep_name)}; "
+                  f"scene {study.scene.hash}, render {study.ours.hash}; Python {text(study.machine['python'])}; "
+                  f"written {datetime.datetime.now().astimezone().strftime('%Y-%m-%d %H:%M %Z')}.")
     commands = "\n".join(f"{r.point.series}, {r.point.label}: {shlex.join(base(r.runs[0]['command']))}" for r in rows)
     return string.Template(TEMPLATE.read_text()).substitute(
         title=text(f"Speed against error: {scene}"), subtitle=subtitle, failures=failures, plots=figures,

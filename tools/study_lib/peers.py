@@ -22,8 +22,8 @@ OLDEST_LLVM = 17  # older ones abort on AVX-512 machines
 RADIANCE = ((2, "-ab 6 -aa 0.3 -ad 256 -as 64 -ar 32 -ds 0.25 -dj 1 -lw 1e-3"),
             (4, "-ab 14 -aa 0.3 -ad 256 -as 64 -ar 32 -ds 0.15 -dj 1 -u+ -lw 1e-5"),
             (6, "-ab 14 -aa 0.2 -ad 1024 -as 256 -ar 64 -ds 0.1 -dj 1 -u+ -lw 1e-5"))
-# RAW floats of pvalue, WIDTH, HEIGHT, N: means of N x N into OUT.exr. OpenImageIO itself reads RADIANCE's pictures half a
-# step of their mantissa too dark, which is a per cent where a channel is faint.
+# RAW floats of pvalue, WIDTH, HEIGHT, N: means of N x N into OUT.exr. OpenImageIO itself reads RADIANCE's pictures half
+# a step of their mantissa too dark, which is a per cent where a channel is faint.
 SHRINK = """
 import sys, numpy, OpenImageIO as o
 w, h, n = map(int, sys.argv[2:5])
@@ -65,7 +65,8 @@ class Peers:
                                                        capture_output=True).returncode == 0
 
     def _pip(self, *packages):
-        done = subprocess.run([self.python, "-m", "pip", "install", "--quiet", *packages], capture_output=True, text=True)
+        done = subprocess.run([self.python, "-m", "pip", "install", "--quiet", *packages], capture_output=True,
+                              text=True)
         return "" if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
 
     def _install(self, wanted):
@@ -92,8 +93,9 @@ class Peers:
     def _child(self, job, threads, timeout=None, environment=None):
         with tempfile.TemporaryDirectory(prefix="study.") as work:
             job_file, result = os.path.join(work, "job.json"), os.path.join(work, "result.json")
-            pathlib.Path(job_file).write_text(json.dumps({"scene": str(self.o.scene), "size": self.size, "denoise": False,
-                                                          "define": self.o.define, "result": result, **job}))
+            whole = {"scene": str(self.o.scene), "size": self.size, "denoise": False, "define": self.o.define,
+                     "result": result, **job}
+            pathlib.Path(job_file).write_text(json.dumps(whole))
             cost = processes.measured([self.python, "-B", CHILD, job_file], threads, timeout,
                                       environment or self.environment)
             return cost, json.loads(pathlib.Path(result).read_text())
@@ -119,7 +121,7 @@ class Peers:
         if why:
             raise BadInput(f"{self.o.scene}: Mitsuba does not render it: {why}")
         self.notes.append("Mitsuba's LLVM variant did not run here (it needs LLVM 17 or newer: Debian's libllvm19, or "
-                          "DRJIT_LIBLLVM_PATH); its scalar variant was measured instead, which is several times slower.")
+                          "DRJIT_LIBLLVM_PATH); its scalar variant, several times slower, was measured instead.")
         return "scalar_rgb", ""
 
     # ---- RADIANCE ----
@@ -146,8 +148,8 @@ class Peers:
         n, options = int(point.options[0]), point.options[1:]
         rpict = self.radiance / "bin" / "rpict"
         picture = os.path.join(self.work.name, "x.hdr")
-        command = [str(rpict), *self.view, "-x", str(n * self.size[0]), "-y", str(n * self.size[1]), "-pa", "0", "-ps", "1",
-                   *options]
+        command = [str(rpict), *self.view, "-x", str(n * self.size[0]), "-y", str(n * self.size[1]), "-pa", "0",
+                   "-ps", "1", *options]
         cost = processes.measured([*command, self.octree], self.o.threads, self.o.timeout, self.radiance_environment,
                                   picture)
         raw = os.path.join(self.work.name, "x.raw")
@@ -169,8 +171,8 @@ class Peers:
             if peer in self.wanted:
                 out.append([Point(name, peer, peer, f"spp {n}", (str(n),)) for n in self.o.peer_spp])
         if "radiance" in self.wanted:
-            out.append([Point("RADIANCE rpict", "radiance", "radiance", f"{n}x{n} {options}", (str(n), *options.split()))
-                        for n, options in RADIANCE])
+            out.append([Point("RADIANCE rpict", "radiance", "radiance", f"{n}x{n} {options}",
+                              (str(n), *options.split())) for n, options in RADIANCE])
         return out
 
     def definition(self, point):

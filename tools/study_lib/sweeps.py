@@ -44,7 +44,8 @@ def load(name_or_file):
         return name_or_file, known[name_or_file]
     path = pathlib.Path(name_or_file)
     if not path.suffix and not path.exists():
-        raise BadInput(f"--sweep {name_or_file}: no such sweep and no such file; expected {', '.join(known)} or a JSON file")
+        raise BadInput(f"--sweep {name_or_file}: no such sweep and no such file; expected {', '.join(known)} or a JSON "
+                       "file")
     try:
         found = json.loads(path.read_text())
     except OSError as error:
