@@ -67,8 +67,8 @@ class Denoiser:
         import pyoidn
         self.oidn, self.device = pyoidn, pyoidn.Device()
         self.device.commit()
-        self.images = {n: np.zeros(shape, np.float32) for n in ("color", "albedo", "normal", "clean albedo", "clean normal",
-                                                                "output")}
+        names = ("color", "albedo", "normal", "clean albedo", "clean normal", "output")
+        self.images = {n: np.zeros(shape, np.float32) for n in names}
         self.passes = [self._filter({"albedo": "albedo", "output": "clean albedo"}),
                        self._filter({"normal": "normal", "output": "clean normal"}),
                        self._filter({"color": "color", "albedo": "clean albedo", "normal": "clean normal",
@@ -137,7 +137,8 @@ def radiance_scene():
         keys = [k for k in params if k.endswith("reflectance.value")]
         other = [k for k in params if not k.endswith("reflectance.value")]
         if other or len(keys) not in (1, 2) or "specular" in "".join(keys):
-            sys.exit(f"not for RADIANCE: a surface of shape {shape.id()} is not diffuse, of one colour ({bsdf.class_name()})")
+            sys.exit(f"not for RADIANCE: a surface of shape {shape.id()} is not diffuse, of one colour "
+                     f"({bsdf.class_name()})")
         name = f"m{number}"
         if shape.is_emitter():
             light = colour(dict(iter(mi.traverse(shape.emitter()))), "radiance", "a light")
