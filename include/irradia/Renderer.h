@@ -33,6 +33,10 @@ enum class DirectMis {
     off         ///< light samples alone
 };
 
+/// Sets of settings, each measured to be quick for its error: about 4 %, 2 %, 1 % and .5 % relative RMSE on a Cornell box
+/// (docs/measurements.md; other scenes differ).
+enum class Quality { draft, medium, fine, finest };
+
 constexpr int largest_harmonics_order = 12;  ///< IR_HARMONICS_MAX of cl/harmonics.h
 
 /// What is asked of a render. Defaults are stated here and nowhere else.
@@ -42,7 +46,7 @@ struct RenderSettings {
     int hemisphere_m = 16;  ///< rings of a hemisphere (1.3)
     int hemisphere_n = 64;  ///< sectors of a hemisphere
     int spp = 0;            ///< samples a pixel; 0 = the scene file's
-    float pixel_error = 0;  ///< caching: a pixel takes samples (at least 32) until its standard error is below this
+    float pixel_error = 0;  ///< caching: a pixel takes samples (at least 16) until its standard error is below this
                             ///< part of the picture's mean, or it has spp of them; 0 = every pixel takes all
     std::uint64_t seed = 0;
     int max_depth = -1;  ///< path edges: 1 = emitters only, 2 = + direct light, ...; -1 = unlimited
@@ -77,6 +81,9 @@ struct RenderSettings {
     bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
     std::vector<std::string> aovs;  ///< of aov_names()
 };
+
+/// Sets accuracy, hemisphere, spacing, paths of the grid, samples a pixel and their error to those of a quality.
+void apply_quality(RenderSettings& settings, Quality quality);
 
 /// Layers that --aov can ask for: direct, indirect, albedo, normal, depth, records.
 const std::vector<std::string>& aov_names();

@@ -33,6 +33,7 @@ const Names<RadiusRule>& radius_names();
 const Names<WeightRule>& weight_names();
 const Names<GlossyRule>& glossy_names();
 const Names<DirectMis>& direct_mis_names();
+const Names<Quality>& quality_names();
 
 template <class E>
 const std::string& name_of(const Names<E>& names, E value) {

@@ -23,13 +23,14 @@ public:
     void advance(const Film& film);
 
 private:
+    /// Of the present pass's pixels, from their luminances now and a pass ago.
     [[nodiscard]] std::vector<double> squared_errors(const std::vector<double>& now) const;
 
     int width_, height_;
     std::uint32_t spp_, first_ = 0, end_;
     double pixel_error_;
     std::vector<std::uint32_t> pixels_;
-    std::vector<double> before_, error2_;  // of each pixel: luminance a pass ago; last estimate of its squared error
+    std::vector<double> before_;  // luminance of each pixel a pass ago
 };
 
 }  // namespace irradia

@@ -26,6 +26,60 @@ Hemisphere rounded(const Hemisphere& h) {
     return out;
 }
 
+/// Work-items' sums (23 floats each, `stride` apart) as a record; Ward's gradient is left out.
+Record record_of_sums(const Hemisphere& h, const std::vector<float>& out, std::size_t stride) {
+    std::vector<double> sum(stride);
+    double minimum = kMiss;
+    for (std::size_t at = 0; at < out.size(); at += stride) {
+        for (std::size_t q = 0; q < stride; ++q) sum[q] += static_cast<double>(out[at + q]);
+        minimum = std::min(minimum, static_cast<double>(out[at + 22]));
+    }
+    const double factor = kPi / (h.m * h.n);
+    const auto world = [&](double x, double y) { return h.frame.t * x + h.frame.b * y; };
+    return {factor * sum[0],
+            h.m * h.n / sum[21],
+            minimum,
+            factor * world(sum[3], sum[6]),
+            stride > 24 ? world(sum[23], sum[24]) : real3{0, 0, 0},
+            real3{0, 0, 0},
+            world(sum[9], sum[12]),
+            sum[18],
+            sum[19],
+            sum[20]};
+}
+
+/// The same by sum_cells, as sample_hemispheres has it: eight cells at once on CPU devices. (Its cells have no z.)
+Record run_sum_cells(const Hemisphere& h, bool cpu_traversal, float limit) {
+    constexpr unsigned items = 8, arrays = 9;
+    const std::size_t count = h.samples.size();
+    std::vector<float> cells(arrays * count), weights, out(items * 23);
+    for (std::size_t i = 0; i < count; ++i) {
+        const HemisphereSample& s = h.samples[i];
+        const double values[arrays] = {s.direction.x, s.direction.y, s.distance,   s.normal.x,  s.normal.y,
+                                       s.normal.z,    s.radiance.x,  s.radiance.y, s.radiance.z};
+        for (unsigned a = 0; a < arrays; ++a) cells[a * count + i] = static_cast<float>(values[a]);
+    }
+    for (unsigned j = 0; j < h.m; ++j) weights.push_back(static_cast<float>(host::ring_rotation_weight(j, h.m)));
+    DeviceOptions options;
+    options.traversal = cpu_traversal ? "cpu" : "gpu";
+    Device d(options);
+    const Buffer from = d.upload(cells), table = d.upload(weights);
+    Buffer to = d.upload(out);
+    d.kernel("sum_cells_test.cl", "test_sum_cells",
+             {{"IR_M", std::to_string(h.m)},
+              {"IR_N", std::to_string(h.n)},
+              {"IR_GROUP", std::to_string(items)},
+              {"IR_GRADIENT", "2"},
+              {"IR_RADIUS", "2"}})
+        .arg(from)
+        .arg(table)
+        .arg(to)
+        .arg(limit)
+        .run(1, items);
+    d.read(to, out.data(), out.size() * sizeof(float));
+    return record_of_sums(h, out, 23);
+}
+
 Record run_record(const Hemisphere& h, double scale = 1) {
     std::vector<float> weights, out(h.m * 25);
     for (unsigned j = 0; j < h.m; ++j) weights.push_back(static_cast<float>(host::ring_rotation_weight(j, h.m)));
@@ -35,24 +89,7 @@ Record run_record(const Hemisphere& h, double scale = 1) {
     Kernel kernel = d.kernel("formulas_test.cl", "formula_hemisphere", {});
     kernel.arg(samples).arg(table).arg(to).arg(h.m).arg(h.n).run((h.m + 15) / 16, 16);
     d.read(to, out.data(), out.size() * sizeof(float));
-    std::vector<double> sum(25);
-    double minimum = kMiss;
-    for (unsigned j = 0; j < h.m; ++j) {
-        for (unsigned q = 0; q < 25; ++q) sum[q] += static_cast<double>(out[25 * j + q]);
-        minimum = std::min(minimum, static_cast<double>(out[25 * j + 22]));
-    }
-    const double factor = kPi / (h.m * h.n);
-    const auto world = [&](double x, double y) { return h.frame.t * x + h.frame.b * y; };
-    return {factor * sum[0],
-            h.m * h.n / sum[21],
-            minimum,
-            factor * world(sum[3], sum[6]),
-            world(sum[23], sum[24]),
-            real3{0, 0, 0},
-            world(sum[9], sum[12]),
-            sum[18],
-            sum[19],
-            sum[20]};
+    return record_of_sums(h, out, 25);
 }
 
 /// Sums of the sizes of a hemisphere's terms: what rounding errors are relative to.
@@ -138,6 +175,62 @@ TEST(DeviceHemisphere, FewStrata) {  // one ring, whose neighbour is itself; no 
         const Hemisphere h = sample_scene(scene, {.5, 1.4, .3}, {0, 0, 1}, m, n, random);
         expect_record(run_record(h), record_of(rounded(h)), sizes_of(h), std::to_string(m) + "x" + std::to_string(n));
     }
+}
+
+// Eight cells at once (on CPU devices) against the cells one by one in double: where a hemisphere's sectors are a
+// multiple of eight, also of one group of lanes, and where they are none.
+TEST(DeviceHemisphere, CellsOfARingAreSummedTogether) {
+    std::vector<Rectangle> scene;
+    for (const json& c : load_vectors("hemisphere_cells", "cases"))
+        if (c["name"] == "room_corner_mid") scene = rectangles_of(c);
+    ASSERT_EQ(scene.size(), 6u);
+    scene.pop_back();  // and some rays miss
+    std::mt19937 random(53);
+    for (const auto& [m, n] : {std::pair{16u, 64u}, {8u, 8u}, {5u, 24u}, {7u, 12u}})
+        for (const real3 p : {real3{.5, 1.4, .3}, real3{-.97, 1.4, .9}}) {
+            Hemisphere h = rounded(sample_scene(scene, p, {0, 0, 1}, m, n, random));
+            double least = kMiss;
+            for (HemisphereSample& s : h.samples) {  // the device has x and y of a direction only
+                const double x = s.direction.x, y = s.direction.y;
+                s.direction.z = std::sqrt(std::max(1 - x * x - y * y, 6e-8));
+                if (s.direction.z >= .17) least = std::min(least, s.distance);
+            }
+            Record want = record_of(h);
+            want.minimum = least;  // sum_cells leaves grazing rays out
+            want.ward = {0, 0, 0};
+            for (const bool cpu : {true, false}) {
+                Record found = run_sum_cells(h, cpu, 1e30f);
+                expect_record(found, want, sizes_of(h),
+                              std::to_string(m) + "x" + std::to_string(n) + (cpu ? " cpu" : " gpu"));
+            }
+        }
+}
+
+// A limit takes gradients and Hessian as if brighter cells were that bright, and leaves E as it is.
+TEST(DeviceHemisphere, LimitsBrightCellsInGradientsAlone) {
+    std::vector<Rectangle> scene;
+    for (const json& c : load_vectors("hemisphere_cells", "cases"))
+        if (c["name"] == "room_corner_mid") scene = rectangles_of(c);
+    std::mt19937 random(59);
+    Hemisphere h = rounded(sample_scene(scene, {.5, 1.4, .3}, {0, 0, 1}, 16, 64, random));
+    double mean = 0;
+    for (const HemisphereSample& s : h.samples) mean += s.radiance.x / static_cast<double>(h.samples.size());
+    const auto limit = static_cast<float>(1.5 * mean);
+    Hemisphere limited = h;
+    for (HemisphereSample& s : limited.samples)
+        if (s.radiance.x > static_cast<double>(limit))
+            s.radiance.x = s.radiance.y = s.radiance.z = static_cast<double>(limit);
+    for (Hemisphere* each : {&h, &limited})
+        for (HemisphereSample& s : each->samples)
+            s.direction.z =
+                std::sqrt(std::max(1 - s.direction.x * s.direction.x - s.direction.y * s.direction.y, 6e-8));
+    ASSERT_NE(record_of(limited).E, record_of(h).E);
+    Record want = record_of(limited);
+    want.E = record_of(h).E;
+    want.minimum = run_sum_cells(h, true, limit).minimum;  // tested above
+    want.ward = {0, 0, 0};
+    for (const bool cpu : {true, false})
+        expect_record(run_sum_cells(h, cpu, limit), want, sizes_of(h), cpu ? "cpu" : "gpu");
 }
 
 // Theory 3.3's table in float32: jittered 16x64 in the room, at distance h from a wall of radiance 1.

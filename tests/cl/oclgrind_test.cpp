@@ -41,7 +41,7 @@ const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "
                       "formula_frame",  "formula_ggx",    "formula_harmonics", "formula_hemisphere",
                       "formula_limits", "formula_probe",  "formula_rectangle", "formula_reproject",
                       "formula_ring",   "formula_shapes", "formula_stratum",   "formula_triangle",
-                      "formula_weight"};
+                      "formula_weight", "test_sum_cells"};
 const Names kCache{"insert_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
 const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};

@@ -1,0 +1,137 @@
+// Compiled programs kept between runs: found again, never wrong.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "irradia/Device.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using irradia::Buffer;
+using irradia::Device;
+
+/// A folder of kernels that $IRRADIA_KERNEL_CACHE names, and one of sources that $IRRADIA_CL_DIR names.
+class ProgramCache : public ::testing::Test {
+protected:
+    void SetUp() override {
+        const char* old = std::getenv("IRRADIA_KERNEL_CACHE");
+        had_ = old != nullptr;
+        if (had_) before_ = old;
+        fs::create_directories(sources());
+        ::setenv("IRRADIA_KERNEL_CACHE", cache().c_str(), 1);
+        ::setenv("IRRADIA_CL_DIR", sources().c_str(), 1);
+        source("7");
+    }
+    void TearDown() override {
+        ::unsetenv("IRRADIA_CL_DIR");
+        if (had_)
+            ::setenv("IRRADIA_KERNEL_CACHE", before_.c_str(), 1);
+        else
+            ::unsetenv("IRRADIA_KERNEL_CACHE");
+        fs::remove_all(root_);
+    }
+
+    [[nodiscard]] fs::path cache() const { return root_ / "kernels"; }
+    [[nodiscard]] fs::path sources() const { return root_ / "cl"; }
+    void source(const std::string& value) const {
+        std::ofstream(sources() / "constant.cl")
+            << "__kernel void constant_kernel(__global uint* out) { out[get_global_id(0)] = IR_FACTOR * " << value
+            << "u; }\n";
+    }
+
+    /// What the kernel writes, by a device of its own.
+    static std::uint32_t run(const std::string& factor = "1") {
+        Device device({});
+        Buffer out = device.allocate(16 * sizeof(std::uint32_t));
+        device.kernel("constant.cl", "constant_kernel", {{"IR_FACTOR", factor + "u"}}).arg(out).run(1, 16);
+        std::uint32_t value = 0;
+        device.read(out, &value, sizeof value);
+        return value;
+    }
+
+    [[nodiscard]] std::vector<fs::path> files() const {
+        std::vector<fs::path> list;
+        if (fs::exists(cache()))
+            for (const auto& entry : fs::directory_iterator(cache())) list.push_back(entry.path());
+        std::sort(list.begin(), list.end());
+        return list;
+    }
+    static std::string bytes(const fs::path& path) {
+        std::ifstream in(path, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), {}};
+    }
+    static void write(const fs::path& path, const std::string& text) {
+        std::ofstream(path, std::ios::binary).write(text.data(), static_cast<std::streamsize>(text.size()));
+    }
+
+private:
+    fs::path root_ = fs::temp_directory_path() / ("irradia-programs-" + std::to_string(::getpid()));
+    std::string before_;
+    bool had_ = false;
+};
+
+TEST_F(ProgramCache, KeepsWhatWasCompiledAndUsesIt) {
+    EXPECT_EQ(run(), 7u);
+    ASSERT_EQ(files().size(), 1u);
+    const fs::path file = files()[0];
+    const auto written = fs::last_write_time(file);
+    EXPECT_EQ(run(), 7u);  // a program that came from the cache is not stored again
+    ASSERT_EQ(files().size(), 1u);
+    EXPECT_EQ(fs::last_write_time(file), written);
+}
+
+TEST_F(ProgramCache, TellsSourcesAndOptionsApart) {
+    EXPECT_EQ(run(), 7u);
+    EXPECT_EQ(run("3"), 21u);
+    source("5");
+    EXPECT_EQ(run(), 5u);
+    EXPECT_EQ(run("3"), 15u);
+    EXPECT_EQ(files().size(), 4u);
+    source("7");
+    EXPECT_EQ(run(), 7u);
+    EXPECT_EQ(files().size(), 4u);
+}
+
+TEST_F(ProgramCache, DamagedFilesAreCompiledAnew) {
+    EXPECT_EQ(run(), 7u);
+    ASSERT_EQ(files().size(), 1u);
+    const fs::path file = files()[0];
+    const std::string whole = bytes(file);
+    ASSERT_GT(whole.size(), 100u);
+    std::vector<std::string> damaged{"", whole.substr(0, 10), whole.substr(0, whole.size() / 2),
+                                     std::string(whole.size(), 'x')};
+    for (const std::size_t at : {std::size_t{0}, std::size_t{9}, std::size_t{17}, std::size_t{25}, whole.size() / 2,
+                                 whole.size() - 1}) {  // each field of the header, and the binary
+        damaged.push_back(whole);
+        damaged.back()[at] = static_cast<char>(damaged.back()[at] ^ 4);
+    }
+    for (const std::string& text : damaged) {
+        write(file, text);
+        EXPECT_EQ(run(), 7u);
+        EXPECT_EQ(bytes(file).size(), whole.size());  // and stored again
+    }
+    write(file, "");
+    source("5");
+    EXPECT_EQ(run(), 5u);
+    fs::rename(files()[0] == file ? files()[1] : files()[0], file);  // another program's under this one's name
+    source("7");
+    EXPECT_EQ(run(), 7u);
+}
+
+TEST_F(ProgramCache, NothingIsKeptWhereNothingCanBe) {
+    ::setenv("IRRADIA_KERNEL_CACHE", "", 1);
+    EXPECT_EQ(run(), 7u);
+    EXPECT_TRUE(files().empty());
+    ::setenv("IRRADIA_KERNEL_CACHE", "/proc/nowhere", 1);
+    EXPECT_EQ(run(), 7u);
+}
+
+}  // namespace
