@@ -15,6 +15,8 @@
 #define IR_RAYS_HEMISPHERE 1
 #define IR_RAYS_BOUNCE 2
 #define IR_RAYS_SHADOW 3
+#define IR_REQUESTS 4  // pixels of shade_pixels that want a record
+#define IR_COUNTERS 5
 
 typedef struct PixelSum {
     real3 direct, indirect;

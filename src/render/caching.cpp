@@ -272,9 +272,11 @@ private:
                     .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
                 run_.device.read(launch.film, launch.sums.data(), part.size() * film.channels() * sizeof(float));
                 film.add(launch.sums, part, samples);
-                add_missed(launch.points, part, launch, missed, seen);
-                if (radiance_) add_missed(launch.lobe_points, part, launch, missed_lobes, seen_lobes);
-                run_.collect_rays();
+                // The points, 80 bytes a pixel, are read where there are any.
+                if (run_.collect_rays() > 0) {
+                    add_missed(launch.points, part, launch, missed, seen);
+                    if (radiance_) add_missed(launch.lobe_points, part, launch, missed_lobes, seen_lobes);
+                }
                 const double part_done = static_cast<double>(sample + samples - begin) / (end - begin);
                 const double done = (static_cast<double>(first) + static_cast<double>(part.size()) * part_done) /
                                     static_cast<double>(pixels.size());

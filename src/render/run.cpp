@@ -6,6 +6,9 @@
 #include "irradia/Error.h"
 
 namespace irradia {
+namespace {
+constexpr std::size_t counter_count = 5;  // IR_COUNTERS of cl/film.h: rays of four kinds, requests
+}
 
 Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
     : scene(scene_in),
@@ -34,7 +37,7 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
     lights_ = device.upload(scene.lights);
     info_ = device.upload(&scene.info, sizeof scene.info);
     clear_statistics();
-    const std::array<std::uint32_t, 4> zero{};
+    const std::array<std::uint32_t, counter_count> zero{};
     ray_counters_ = device.upload(zero.data(), sizeof zero);
     phase("upload");
 }
@@ -94,12 +97,13 @@ Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::
     return kernel;
 }
 
-void Run::collect_rays() {
-    std::array<std::uint32_t, 4> counts{};
+std::uint32_t Run::collect_rays() {
+    std::array<std::uint32_t, counter_count> counts{};
     device.read(ray_counters_, counts.data(), sizeof counts);
     const char* const kinds[4] = {"camera", "hemisphere", "bounce", "shadow"};
     for (std::size_t i = 0; i < 4; ++i) statistics.rays[kinds[i]] += counts[i];
     device.fill(ray_counters_, 0, sizeof counts);
+    return counts[4];
 }
 
 bool Run::direct_mis() const noexcept {

@@ -28,8 +28,8 @@ public:
     /// Device counters that kernels add to: rays by kind (cl/film.h).
     [[nodiscard]] const Buffer& ray_counters() const noexcept { return ray_counters_; }
     /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or
-    /// few).
-    void collect_rays();
+    /// few). Returns how many pixels have asked for a record since the last call (shade_pixels).
+    std::uint32_t collect_rays();
 
     [[nodiscard]] std::uint32_t seed() const noexcept { return seed_; }
     /// Path edges beyond the viewing ray, and beyond a hemisphere's ray: see cl/path.h.
