@@ -33,7 +33,7 @@ enum class DirectMis {
     off         ///< light samples alone
 };
 
-/// Sets of settings, each measured to be quick for its error: about 4 %, 2 %, 1 % and .5 % relative RMSE on a Cornell box
+/// Sets of settings, each measured to be quick for its error: about 3 %, 2 %, 1 % and .5 % relative RMSE on a Cornell box
 /// (docs/measurements.md; other scenes differ).
 enum class Quality { draft, medium, fine, finest };
 

@@ -208,7 +208,7 @@ void declare_rendering(CLI::App& app, Options& o) {
     picture.chosen<Quality>(
         "--quality", [&s](Quality q) { apply_quality(s, q); }, quality_names(),
         "Sets --spp, --pixel-error, --accuracy, --hemisphere, spacings and --grid-paths together; each may be given "
-        "besides. On a Cornell box the error is about 4 %, 2 %, 1 % and .5 %");
+        "besides. On a Cornell box the error is about 3 %, 2 %, 1 % and .5 %");
     picture.value("--spp", s.spp, "N", "Samples a pixel [the scene's]; noise falls as 1/sqrt(N)")
         ->check(CLI::Range(1, 1 << 30));
     picture
