@@ -220,15 +220,27 @@ private:
         std::vector<shared::ShadingPoint> points;
     };
 
-    // Buffers of one launch of shade_pixels.
+    // Buffers of launches of shade_pixels, up to chunk_ pixels each.
     struct Launch {
         Buffer film, points, lobe_points;
         std::vector<float> sums;
-        std::vector<shared::ShadingPoint> host;
+        std::vector<shared::ShadingPoint> host;  // filled where pixels miss records
     };
+
+    Launch& launch(const Film& film) {
+        if (!launch_)
+            launch_.emplace(Launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
+                                   run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
+                                   run_.device.allocate(radiance_ ? chunk_ * sizeof(shared::ShadingPoint) : 4),
+                                   std::vector<float>(chunk_ * film.channels()),
+                                   {}});
+        return *launch_;
+    }
 
     void add_missed(const Buffer& points, const std::vector<std::uint32_t>& part, Launch& launch, Missed& missed,
                     std::vector<bool>& seen) {
+        launch.host.resize(std::max(launch.host.size(), part.size()));
+        seen.resize(part.size(), false);
         run_.device.read(points, launch.host.data(), part.size() * sizeof launch.host[0]);
         for (std::size_t i = 0; i < part.size(); ++i)
             if (launch.host[i].state != IR_POINT_NONE && !seen[i]) {
@@ -241,10 +253,7 @@ private:
     // Adds samples [begin, end) of `pixels` to the film; `missed` of irradiance, and of radiance.
     void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, std::uint32_t begin, std::uint32_t end,
                       bool requests, Missed& missed, Missed& missed_lobes) {
-        Launch launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
-                      run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
-                      run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
-                      std::vector<float>(chunk_ * film.channels()), std::vector<shared::ShadingPoint>(chunk_)};
+        Launch& launch = this->launch(film);
         std::map<std::string, std::string> defines = grid_.defines();
         defines.insert(defines_.begin(), defines_.end());
         for (std::size_t first = 0; first < pixels.size(); first += chunk_) {
@@ -252,7 +261,7 @@ private:
                 pixels.begin() + static_cast<std::ptrdiff_t>(first),
                 pixels.begin() + static_cast<std::ptrdiff_t>(std::min(pixels.size(), first + chunk_)));
             const Buffer list = run_.device.upload(part);
-            std::vector<bool> seen(part.size(), false), seen_lobes(part.size(), false);
+            std::vector<bool> seen, seen_lobes;
             for (std::uint32_t sample = begin; sample < end; sample += samples_a_launch) {
                 const std::uint32_t samples = std::min(samples_a_launch, end - sample);
                 Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
@@ -338,6 +347,7 @@ private:
     HemisphereSampler hemispheres_;
     IrradianceGrid grid_;
     std::optional<RadianceCache> radiance_;
+    std::optional<Launch> launch_;
     std::size_t pixels_, chunk_;
     std::uint32_t views_ = 0;
     std::map<std::string, std::string> defines_;

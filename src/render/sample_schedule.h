@@ -24,13 +24,14 @@ public:
 
 private:
     /// Of the present pass's pixels, from their luminances now and a pass ago.
-    [[nodiscard]] std::vector<double> squared_errors(const std::vector<double>& now) const;
+    [[nodiscard]] std::vector<double> squared_errors(const std::vector<double>& now);
 
     int width_, height_;
     std::uint32_t spp_, first_ = 0, end_;
-    double pixel_error_;
+    double pixel_error_, allowed_ = 0;  // allowed_: squared error of a pixel, once the picture's mean is known
     std::vector<std::uint32_t> pixels_;
-    std::vector<double> before_;  // luminance of each pixel a pass ago
+    std::vector<double> before_;  // luminance of each of pixels_ a pass ago
+    std::vector<double> map_;     // of the picture: squared errors of pixels_, else negative
 };
 
 }  // namespace irradia

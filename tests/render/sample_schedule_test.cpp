@@ -68,7 +68,8 @@ TEST(SampleSchedule, SamplesGoWhereTheNoiseIsAndTheErrorIsWhatWasAllowed) {
     EXPECT_EQ(quiet, 16);  // the least
     EXPECT_GT(noisy / count, 256 * .6);
     EXPECT_LT(noisy / count, 256 * 2.);
-    EXPECT_LE(std::sqrt(squares / count), allowed * 2);
+    EXPECT_LE(std::sqrt(squares / count), 1.15 * allowed * 2);  // pixels stop where the estimate happens to be low
+    EXPECT_GE(std::sqrt(squares / count), .5 * allowed * 2);
 }
 
 TEST(SampleSchedule, NoPixelTakesMoreThanAllSamples) {
