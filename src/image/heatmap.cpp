@@ -1,5 +1,3 @@
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "image/metrics_detail.h"
 #include "irradia/Error.h"
+#include "pictures/oiio.h"
 
 namespace irradia {
 
@@ -27,14 +26,12 @@ ErrorPicture error_picture(const Image& picture, const Image& reference, const M
     }
     for (float& e : error) e = static_cast<float>(std::min(e / scale, 1.0));
 
-    const OIIO::ImageBuf source(OIIO::ImageSpec(picture.width, picture.height, 1, OIIO::TypeDesc::FLOAT), error.data());
-    OIIO::ImageBuf colours = OIIO::ImageBufAlgo::color_map(source, 0, "inferno");
     ErrorPicture result;
     result.scale = scale;
     result.image = {picture.width, picture.height, {{"", 3, std::vector<float>(c.pixels * 3)}}, {}};
     std::vector<float>& out = result.image.layers[0].data;
-    if (colours.has_error() || !colours.get_pixels(OIIO::ROI::All(), OIIO::TypeDesc::FLOAT, out.data()))
-        throw Error(fmt::format("the error picture cannot be made: {}", colours.geterror()));
+    const std::string why = oiio::library().inferno(picture.width, picture.height, error.data(), out.data());
+    if (!why.empty()) throw Error(fmt::format("the error picture cannot be made: {}", why));
     for (std::size_t i = 0; i < out.size(); ++i)  // OpenImageIO's colours of the map are linear
         if (!c.counted[i / 3]) out[i] = 0.2f;
     result.image.metadata["irradia.quantity"] = "rms over channels of (x - ref) / mean(ref)";

@@ -1,5 +1,4 @@
 // Pictures from files, as linear float layers.
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "core/pfm.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
+#include "pictures/oiio.h"
 
 namespace irradia {
 namespace {
@@ -29,17 +29,17 @@ struct Found {
 };
 
 // Groups "direct.R", "direct.G", ... by what stands before the last dot; the picture itself ("R") comes first.
-std::vector<Found> layers_of(const OIIO::ImageSpec& spec) {
+std::vector<Found> layers_of(const std::vector<std::string>& channels) {
     std::vector<Found> layers{{"", {}}};
-    std::vector<std::string> suffix(static_cast<std::size_t>(spec.nchannels));
-    for (int c = 0; c < spec.nchannels; ++c) {
-        const std::string full = spec.channel_name(c);
+    std::vector<std::string> suffix(channels.size());
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const std::string& full = channels[c];
         const std::size_t dot = full.rfind('.');
         const std::string name = dot == std::string::npos ? "" : full.substr(0, dot);
-        suffix[static_cast<std::size_t>(c)] = dot == std::string::npos ? full : full.substr(dot + 1);
+        suffix[c] = dot == std::string::npos ? full : full.substr(dot + 1);
         auto layer = std::find_if(layers.begin(), layers.end(), [&](const Found& l) { return l.name == name; });
         if (layer == layers.end()) layer = layers.insert(layers.end(), {name, {}});
-        layer->channels.push_back(c);
+        layer->channels.push_back(static_cast<int>(c));
     }
     for (Found& layer : layers)
         std::stable_sort(layer.channels.begin(), layer.channels.end(), [&](int a, int b) {
@@ -53,27 +53,23 @@ std::vector<Found> layers_of(const OIIO::ImageSpec& spec) {
 
 Image read_image(const std::string& path) {
     if (extension_of(path) == ".pfm") return read_pfm(path);
-    const std::unique_ptr<OIIO::ImageInput> in = OIIO::ImageInput::open(path);
+    std::string why;
+    const std::unique_ptr<oiio::Input> in = oiio::library().open(path, false, why);
     if (!in) {
-        std::string why = OIIO::geterror();
-        std::replace(why.begin(), why.end(), '\n', ' ');
         if (!std::ifstream(path)) why = std::strerror(errno);
         throw Error(fmt::format("{}: cannot be read: {}", path, why));
     }
-    const OIIO::ImageSpec spec = in->spec();
-    const std::size_t pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-    const std::size_t stride = static_cast<std::size_t>(spec.nchannels);
+    const std::size_t pixels = static_cast<std::size_t>(in->width) * static_cast<std::size_t>(in->height);
+    const std::size_t stride = in->channels.size();
     std::vector<float> all(pixels * stride);
-    if (!in->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, all.data())) {
-        std::string why = in->geterror();
-        std::replace(why.begin(), why.end(), '\n', ' ');
-        throw Error(fmt::format("{}: cannot be read: {}", path, why));
-    }
+    why = in->read(all.data());
+    if (!why.empty()) throw Error(fmt::format("{}: cannot be read: {}", path, why));
 
     Image image;
-    image.width = spec.width;
-    image.height = spec.height;
-    for (const Found& found : layers_of(spec)) {
+    image.width = in->width;
+    image.height = in->height;
+    image.metadata = in->metadata;
+    for (const Found& found : layers_of(in->channels)) {
         const bool beauty = image.layers.empty();
         // The picture is always RGB: grey is repeated, alpha dropped.
         std::vector<int> channels = found.channels;
@@ -86,10 +82,8 @@ Image read_image(const std::string& path) {
                 layer.data[p * channels.size() + c] = all[p * stride + static_cast<std::size_t>(channels[c])];
         image.layers.push_back(std::move(layer));
     }
-    if (spec.get_string_attribute("oiio:ColorSpace") == "sRGB")
+    if (in->srgb)
         for (float& value : image.layers.front().data) value = srgb_decode(value);
-    for (const OIIO::ParamValue& attribute : spec.extra_attribs)
-        image.metadata[attribute.name().string()] = attribute.get_string();
     return image;
 }
 

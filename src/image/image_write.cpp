@@ -1,6 +1,4 @@
 // EXR and PNG through OpenImageIO, made in memory and then written as one file that exists whole or not at all.
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,49 +12,36 @@
 #include "core/pfm.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
+#include "pictures/oiio.h"
 
 namespace irradia {
 namespace {
 
-void add_metadata(OIIO::ImageSpec& spec, const Image& image) {
-    spec.attribute("Software", "Irradia");
-    spec.attribute("DateTime", "");  // else OpenImageIO puts the clock's: the same picture is the same bytes
-    for (const auto& [key, value] : image.metadata) spec.attribute(key, value);
+/// Attributes that every picture has, and the picture's own.
+void add_metadata(oiio::Output& out, const Image& image) {
+    out.attributes.emplace_back("Software", "Irradia");
+    out.attributes.emplace_back("DateTime", "");  // else OpenImageIO puts the clock's: same picture, same bytes
+    out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
 }
 
-// `data` holds what `spec` says, of type `type`, rows from the top.
-void write_with_oiio(const std::string& path, const char* format, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
-                     const void* data) {
-    const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(format);
-    if (!out) throw Error(fmt::format("{}: OpenImageIO cannot write {}: {}", path, format, OIIO::geterror()));
+void write_with_oiio(const oiio::Output& out) {
     std::vector<unsigned char> bytes;
-    OIIO::Filesystem::IOVecOutput memory(bytes);
-    out->set_ioproxy(&memory);
-    const bool written = out->open(path, spec) && out->write_image(type, data);
-    const bool closed = out->close();
-    if (!written || !closed) {
-        std::string why = out->geterror();
-        std::replace(why.begin(), why.end(), '\n', ' ');
-        throw Error(fmt::format("{}: cannot be written: {}", path, why));
-    }
-    AsideFile file(path);
+    const std::string why = oiio::library().encode(out, bytes);
+    if (!why.empty()) throw Error(fmt::format("{}: {}", out.path, why));
+    AsideFile file(out.path);
     file.write(bytes.data(), bytes.size());
     file.commit();
 }
 
 void write_exr(const std::string& path, const Image& image) {
-    int channels = 0;
-    for (const Layer& layer : image.layers) channels += layer.channels;
-    OIIO::ImageSpec spec(image.width, image.height, channels, OIIO::TypeDesc::FLOAT);
-    spec.channelnames.clear();
+    oiio::Output out{path, "openexr", image.width, image.height};
     for (const Layer& layer : image.layers)
-        for (int c = 0; c < layer.channels; ++c) spec.channelnames.push_back(channel_name(layer, c));
-    spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    add_metadata(spec, image);
+        for (int c = 0; c < layer.channels; ++c) out.channels.push_back(channel_name(layer, c));
+    out.attributes = {{"compression", "zip"}, {"oiio:ColorSpace", "Linear"}};
+    add_metadata(out, image);
 
     const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-    const std::size_t stride = static_cast<std::size_t>(channels);
+    const std::size_t stride = out.channels.size();
     std::vector<float> interleaved(pixels * stride);
     std::size_t first = 0;
     for (const Layer& layer : image.layers) {
@@ -65,7 +50,8 @@ void write_exr(const std::string& path, const Image& image) {
             std::memcpy(&interleaved[p * stride + first], &layer.data[p * n], n * sizeof(float));
         first += n;
     }
-    write_with_oiio(path, "openexr", spec, OIIO::TypeDesc::FLOAT, interleaved.data());
+    out.floats = interleaved.data();
+    write_with_oiio(out);
 }
 
 void write_png(const std::string& path, const Image& image, double exposure) {
@@ -79,10 +65,10 @@ void write_png(const std::string& path, const Image& image, double exposure) {
             const float linear = scale * beauty.data[p * n + (n < 3 ? 0 : c)];
             bytes[p * 3 + c] = static_cast<std::uint8_t>(std::lround(255.0f * srgb_encode(linear)));
         }
-    OIIO::ImageSpec spec(image.width, image.height, 3, OIIO::TypeDesc::UINT8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    add_metadata(spec, image);
-    write_with_oiio(path, "png", spec, OIIO::TypeDesc::UINT8, bytes.data());
+    oiio::Output out{path, "png", image.width, image.height, {"R", "G", "B"}, {{"oiio:ColorSpace", "sRGB"}}};
+    add_metadata(out, image);
+    out.bytes = bytes.data();
+    write_with_oiio(out);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // Environment pictures: reading them, their mean, and the tables that kernels sample them by (cl/environment.h).
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pictures/oiio.h"
 #include "scene/build.h"
 
 namespace irradia::loader {
@@ -14,12 +14,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr std::uint32_t steps = 1u << 24;  // running sums are multiples of 1 / steps, which float32 holds exactly
-
-std::string one_line(std::string text) {
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    while (!text.empty() && text.back() == ' ') text.pop_back();
-    return text;
-}
 
 /// Polar angle of row i of texels.
 double polar_angle(std::uint32_t i, std::uint32_t height) { return pi * i / (height - 1.0); }
@@ -93,25 +87,24 @@ void append_sums(std::vector<std::uint32_t>& texels, const std::vector<double>& 
 
 EnvironmentMap read_environment(const Context& context, const Node& node, const std::string& path, double scale) {
     const auto unreadable = [&](const std::string& why) {
-        fail(node, fmt::format("environment picture '{}' cannot be read: {}", path, one_line(why)));
+        fail(node, fmt::format("environment picture '{}' cannot be read: {}", path, why));
     };
-    OIIO::ImageSpec config;
-    config["oiio:UnassociatedAlpha"] = 1;  // colours as they stand in the file
-    auto input = OIIO::ImageInput::open(path, &config);
-    if (!input) unreadable(OIIO::geterror());
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.width > 1 << 20 || spec.height > 1 << 20)
+    std::string why;
+    const std::unique_ptr<oiio::Input> input = oiio::library().open(path, true, why);
+    if (!input) unreadable(why);
+    const std::size_t channels = input->channels.size();
+    if (input->width < 1 || input->height < 1 || channels < 1 || input->width > 1 << 20 || input->height > 1 << 20)
         fail(node,
              fmt::format("environment picture '{}' is {} x {} pixels of {} channels; 1 to 1048576 pixels each way "
                          "and at least one channel were expected",
-                         path, spec.width, spec.height, spec.nchannels));
-    const auto channels = static_cast<std::size_t>(spec.nchannels);
+                         path, input->width, input->height, channels));
     EnvironmentMap map;
-    map.width = static_cast<std::uint32_t>(spec.width);
-    map.height = static_cast<std::uint32_t>(spec.height);
+    map.width = static_cast<std::uint32_t>(input->width);
+    map.height = static_cast<std::uint32_t>(input->height);
     std::vector<float> data(std::size_t{map.width} * map.height * channels);
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, data.data())) unreadable(input->geterror());
-    const bool encoded = !spec.format.is_floating_point();  // integer formats carry sRGB-encoded values
+    why = input->read(data.data());
+    if (!why.empty()) unreadable(why);
+    const bool encoded = input->values != oiio::Values::floats;  // integer formats carry sRGB-encoded values
     map.texels.resize(std::size_t{map.width} * map.height * 3);
     std::size_t negative = 0;
     for (std::size_t i = 0; i < map.texels.size(); ++i) {

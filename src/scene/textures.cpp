@@ -1,4 +1,3 @@
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -7,6 +6,7 @@
 #include <cmath>
 #include <exception>
 
+#include "pictures/oiio.h"
 #include "scene/build.h"
 #include "scene/picture_check.h"
 
@@ -30,45 +30,34 @@ std::vector<T> three_channels(const std::vector<T>& data, int channels) {
     return out;
 }
 
-/// OpenImageIO's messages can have several lines.
-std::string one_line(std::string text) {
-    for (char& c : text)
-        if (c == '\n') c = ' ';
-    while (!text.empty() && text.back() == ' ') text.pop_back();
-    return text;
-}
-
 Picture read_picture(const std::string& path, bool raw) {
     check_picture_file(path);
-    OIIO::ImageSpec config;
-    config["oiio:UnassociatedAlpha"] = 1;  // colours as they stand in the file
-    auto input = OIIO::ImageInput::open(path, &config);
-    if (!input) throw Error(fmt::format("texture '{}' cannot be read: {}", path, one_line(OIIO::geterror())));
-    const OIIO::ImageSpec& spec = input->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
-        throw Error(
-            fmt::format("texture '{}' is empty ({} x {}, {} channels)", path, spec.width, spec.height, spec.nchannels));
-    if (spec.depth > 1) throw Error(fmt::format("texture '{}' is a volume, a picture was expected", path));
-    check_picture_size(path, spec.width, spec.height, spec.nchannels,
-                       spec.format == OIIO::TypeDesc::UINT8 ? 1 : sizeof(float));
+    std::string why;
+    const std::unique_ptr<oiio::Input> input = oiio::library().open(path, true, why);
+    if (!input) throw Error(fmt::format("texture '{}' cannot be read: {}", path, why));
+    const int width = input->width, height = input->height, channels = static_cast<int>(input->channels.size());
+    if (width < 1 || height < 1 || channels < 1)
+        throw Error(fmt::format("texture '{}' is empty ({} x {}, {} channels)", path, width, height, channels));
+    if (input->depth > 1) throw Error(fmt::format("texture '{}' is a volume, a picture was expected", path));
+    const bool bytes = input->values == oiio::Values::bytes;
+    check_picture_size(path, width, height, channels, bytes ? 1 : sizeof(float));
     Picture picture;
-    picture.width = static_cast<std::uint32_t>(spec.width);
-    picture.height = static_cast<std::uint32_t>(spec.height);
-    const std::size_t count = static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels;
-    bool good;
-    if (spec.format == OIIO::TypeDesc::UINT8) {
+    picture.width = static_cast<std::uint32_t>(width);
+    picture.height = static_cast<std::uint32_t>(height);
+    const std::size_t count = static_cast<std::size_t>(width) * height * channels;
+    if (bytes) {
         std::vector<std::uint8_t> data(count);
-        good = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, data.data());
-        picture.bytes = three_channels(data, spec.nchannels);
+        why = input->read(data.data());
+        picture.bytes = three_channels(data, channels);
     } else {
         std::vector<float> data(count);
-        good = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, data.data());
-        picture.floats = three_channels(data, spec.nchannels);
+        why = input->read(data.data());
+        picture.floats = three_channels(data, channels);
         // 16-bit integer formats carry sRGB-encoded values, floating point ones are linear.
-        if (!raw && !spec.format.is_floating_point())
+        if (!raw && input->values == oiio::Values::integers)
             for (auto& v : picture.floats) v = static_cast<float>(srgb_to_linear(v));
     }
-    if (!good) throw Error(fmt::format("texture '{}' cannot be read: {}", path, one_line(input->geterror())));
+    if (!why.empty()) throw Error(fmt::format("texture '{}' cannot be read: {}", path, why));
     return picture;
 }
 
