@@ -9,6 +9,8 @@
 #include "irradia/Error.h"
 #ifdef IRRADIA_MINIMAL
 #include "core/pfm.h"
+#else
+#include "pictures/oiio.h"
 #endif
 
 namespace irradia::app {
@@ -38,6 +40,9 @@ void check_picture_path(const std::string& path) {
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     if (std::find(kinds().begin(), kinds().end(), extension) == kinds().end())
         throw Error(path + ": unknown kind of picture '" + extension + "', expected " + output_kinds());
+#ifndef IRRADIA_MINIMAL
+    if (extension != ".pfm") oiio::library();  // loaded now rather than later: it may be missing
+#endif
     check_writable(path);
 }
 

@@ -9,7 +9,8 @@ namespace irradia::app {
 /// Extensions this build can write, for --help: ".exr, .png, .pfm", or ".pfm" of a minimal build.
 std::string output_kinds();
 
-/// Throws Error if `path` has an extension that save_picture() cannot write or its folder takes no new file.
+/// Throws Error if `path` has an extension that save_picture() cannot write (or not without a library that is
+/// missing) or its folder takes no new file.
 void check_picture_path(const std::string& path);
 
 /// Throws Error if a file `path` cannot be made: no such folder, no right to write, `path` is a folder, disk full.

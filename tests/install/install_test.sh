@@ -7,12 +7,15 @@ trap 'rm -rf "$work"' EXIT
 scene=$1/scenes/cornell-box.xml
 "$3" --install "$2" --prefix "$work/prefix" >"$work/log" || { cat "$work/log"; exit 1; }
 "$work/prefix/bin/render" "$scene" -o "$work/a.pfm" --method path --spp 4 --width 16 --height 16 --quiet
-"$work/prefix/bin/compare" "$work/a.pfm" "$work/a.pfm" >"$work/log"
+"$work/prefix/bin/render" "$scene" -o "$work/a.exr" --method path --spp 4 --width 16 --height 16 --quiet
+"$work/prefix/bin/compare" "$work/a.exr" "$work/a.pfm" >"$work/log"
 
 "$3" -S "$1/tests/install/consumer" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/log" 2>&1 &&
     "$3" --build "$work/build" >>"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
 "$work/build/consumer" "$scene" "$work/b.pfm"
 cmp "$work/a.pfm" "$work/b.pfm"
+"$work/build/consumer" "$scene" "$work/b.png"
+"$work/prefix/bin/compare" "$work/b.png" "$work/a.pfm" >"$work/log"
 # No package file or header leads back to the source or build folder.
 [ -n "$(find "$work/prefix" -name IrradiaConfig.cmake)" ]
 if grep -rlF --include='*.cmake' --include='*.h' -e "$1" -e "$2" "$work/prefix"; then exit 1; fi
