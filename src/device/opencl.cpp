@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <cstdlib>
 
 #include "irradia/Error.h"
 
@@ -34,6 +35,13 @@ std::string platform_name(cl_platform_id id) {
     std::string text(bytes, '\0');
     check(clGetPlatformInfo(id, CL_PLATFORM_NAME, bytes, text.data(), nullptr), "asking a platform for its name");
     return trimmed(text);
+}
+
+/// PoCL compiles a kernel anew for every group size, for small and for large launches, and once more, for any of them,
+/// when it gives a program out for the cache. That last version serves all of them and takes no longer to run: without
+/// the others a first run takes half the time. Whoever wants them sets the variable.
+void prefer_generic_kernels() {
+    [[maybe_unused]] static const int done = setenv("POCL_WORK_GROUP_SPECIALIZATION", "0", 0);
 }
 
 std::string table(const std::vector<FoundDevice>& devices) {
@@ -114,6 +122,7 @@ void check(cl_int status, std::string_view doing) {
 }
 
 std::vector<FoundDevice> find_devices() {
+    prefer_generic_kernels();
     constexpr const char* hint =
         " (on Debian and Ubuntu, the package pocl-opencl-icd brings one that runs on the CPU; GPUs need their vendor's "
         "OpenCL driver)";
