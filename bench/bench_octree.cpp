@@ -160,7 +160,7 @@ public:
     std::pair<double, double> met(const Buffer& points, std::size_t count) {
         std::vector<std::uint32_t> counts(2 * count);
         const Buffer out = device_.upload(counts);
-        Kernel kernel = device_.kernel("cache_test.cl", "count_met", cache_->defines());
+        Kernel kernel = device_.kernel(IRRADIA_COUNT_MET, "count_met", cache_->defines());
         cache_->bind(kernel, false)
             .arg(points)
             .arg(out)

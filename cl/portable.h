@@ -31,7 +31,7 @@
 #define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
 #define IR_BARRIER_ALL() barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)  // what the group wrote anywhere
 #define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
-#if defined(IR_CPU) && defined(__clang__)
+#if defined(IR_CPU) && defined(__clang__) && !defined(IR_NO_PREFETCH)  // oclgrind has no such instruction
 #define IR_PREFETCH(p) __builtin_prefetch((const void*)(size_t)(p))  // OpenCL's own is nothing in PoCL
 #else
 #define IR_PREFETCH(p)

@@ -89,7 +89,7 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     points[slot].state = IR_POINT_NONE;
-    bool missed = false;
+    bool missed = false, lobe_missed = false;
     Caches caches;
 #if IR_LOBES
     IR_RADIANCE_INIT(radiance);
@@ -110,21 +110,21 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
         uint uncovered;
         sum.indirect += indirect_tile(&s, &cache, &grid, samples, count, requests != 0u, edges_left(edges, 1u), &rng,
                                       &uncovered, &rays);
-        if (uncovered < count && points[slot].state == IR_POINT_NONE) {
+        if (uncovered < count && !missed) {
             points[slot] = sample_point(&s, &samples[uncovered], pixel);
             missed = true;
         }
 #if IR_LOBES
         sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests != 0u, edges_left(edges, 1u), &rng, &memo,
                                    &uncovered, &rays);
-        if (uncovered < count && lobe_points[slot].state == IR_POINT_NONE) {
+        if (uncovered < count && !lobe_missed) {
             lobe_points[slot] = make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
                                                    samples[uncovered].depth, pixel, true);
-            missed = true;
+            lobe_missed = true;
         }
 #endif
     }
-    if (missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
+    if (missed || lobe_missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
     pixel_store(&sum, film, slot);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);

@@ -115,12 +115,14 @@ protected:
     /// `uninitialized` false: but for uses of uninitialised memory.
     void check(const std::string& executable, const std::vector<std::string>& arguments, const Names& expected,
                bool uninitialized = true) const {
+        // It has no prefetch, and running sample_hemispheres over lanes of eight it crashes: that code is checked with
+        // single numbers here, and its results elsewhere (DeviceHemisphere). Kernels kept are for other drivers.
         // Code as clang emits it: optimised code holds instructions (freeze, bitreverse) that oclgrind 21.10 lacks.
         // The names of the kernels come from a library that the shell preloads before oclgrind's own; oclgrind's
         // --inst-counts, which also prints them, corrupts the heap where a kernel is large.
         std::vector<std::string> line{
             "--build-options",
-            "-O0 -disable-llvm-passes",
+            "-O0 -disable-llvm-passes -D IR_NO_PREFETCH=1 -D IR_SCALAR_LANES=1",
             "--num-threads",
             "1",
             "--data-races",
@@ -131,7 +133,7 @@ protected:
             in_folder("log"),
             "sh",
             "-c",
-            R"(KERNEL_LOG=$0 LD_PRELOAD="$1 $LD_PRELOAD"; export KERNEL_LOG LD_PRELOAD; shift; exec "$@")",
+            R"(KERNEL_LOG=$0 LD_PRELOAD="$1 $LD_PRELOAD"; IRRADIA_KERNEL_CACHE=; export KERNEL_LOG LD_PRELOAD IRRADIA_KERNEL_CACHE; shift; exec "$@")",
             in_folder("kernels"),
             KERNEL_LOG_LIBRARY,
             executable};
@@ -325,7 +327,8 @@ TEST_F(Oclgrind, Textures) { check(DEVICE_TEXTURE_TEST, {"--gtest_filter=DeviceT
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(DEVICE_FORMULAS_TEST,
           {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
-           "DeviceHemisphere.FewStrata:DeviceWeight.MatchesVectors:DeviceInFront.MatchesVectors:DeviceRadius.*:"
+           "DeviceHemisphere.FewStrata:DeviceHemisphere.LimitsBright*:DeviceWeight.MatchesVectors:DeviceInFront."
+           "MatchesVectors:DeviceRadius.*:"
            "DeviceHarmonics.*:DeviceGgx.*:DeviceReproject.*:DeviceProbe.*:DeviceSolidAngles.ClosedForms"},
           kFormulas);
 }
@@ -358,8 +361,8 @@ TEST_F(Oclgrind, FindsWhatIsWrong) {
     for (const auto& [name, body] : faults) {
         std::ofstream(in_folder("fault.cl")) << "kernel void fault(global uint* out) { " << body << " }\n";
         std::ofstream(in_folder("fault.sim")) << "fault.cl\nfault\n4 1 1\n4 1 1\n<size=16 fill=0 uint>\n";
-        call("oclgrind-kernel", {"--build-options", "-O0 -disable-llvm-passes", "--data-races", "--uninitialized",
-                                 "--log", in_folder("log"), "fault.sim"});
+        call("oclgrind-kernel", {"--build-options", "-O0 -disable-llvm-passes -D IR_NO_PREFETCH=1 -D IR_SCALAR_LANES=1",
+                                 "--data-races", "--uninitialized", "--log", in_folder("log"), "fault.sim"});
         EXPECT_FALSE(findings(file_text(in_folder("log"))).empty()) << name;
         std::filesystem::remove(in_folder("log"));
     }
