@@ -118,38 +118,43 @@ IR_FN PathState path_from(Surface f, float distance) {
     return path;
 }
 
-// The BSDF's sample at a vertex: adds the light that it happens to find to *sum and moves on; false if the path ends.
+// A sample of the BSDF at a vertex (path_follow: drawn already): adds the light that it happens to find to *sum and moves
+// on; false if the path ends.
 // `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
 // `roulette`: the path may end by chance, more likely the less it still carries.
-// Neither this nor next_event is IR_CALL_FN: with either a function of its own, kernels left their memory on NVIDIA (driver
+// Neither these nor next_event are IR_CALL_FN: with either a function of its own, kernels left their memory on NVIDIA (driver
 // 580.159, H100 and H200), once in a billion paths or at once. Any change of what is inlined moves it, all inlined it is
 // gone; its compiler keeps the frames of such functions within the kernel's. That is where the fault is suspected.
-IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
+IR_FN bool path_follow(const SceneData* s, PathState* path, Bounce* b, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
-    Bounce b;
-    if (!bounce_sample(s, &path->surface, rng, &b)) return false;
-    const real3 all = path->throughput * (b.sample.diffuse + b.sample.glossy);
+    const real3 all = path->throughput * (b->sample.diffuse + b->sample.glossy);
     const float survive = roulette ? min(largest_channel(all) * path->eta2, 0.95f) : 1.0f;
     if (roulette && rng_real(rng) >= survive) return false;
-    bounce_trace(s, &path->surface, rng, rays, &b);
+    bounce_trace(s, &path->surface, rng, rays, b);
     const float scale = 1.0f / survive;
-    if (b.hit.primitive == IR_NO_PRIMITIVE) {
-        *sum += all * bounce_sky(s, &path->surface, &b) * scale;
+    if (b->hit.primitive == IR_NO_PRIMITIVE) {
+        *sum += all * bounce_sky(s, &path->surface, b) * scale;
         return false;
     }
-    const Surface next = surface_at(s, b.origin, b.sample.direction, &b.hit);
-    *sum += all * bounce_emission(s, &path->surface, &b, &next) * scale;
-    const real3 glossy = path->throughput * b.sample.glossy * scale;
+    const Surface next = surface_at(s, b->origin, b->sample.direction, &b->hit);
+    *sum += all * bounce_emission(s, &path->surface, b, &next) * scale;
+    const real3 glossy = path->throughput * b->sample.glossy * scale;
     path->throughput = all * scale;
     if (known) {  // the ray goes on with the probability that it came by the glossy part
         const float share = min(largest_channel(glossy) / max(largest_channel(path->throughput), 1e-30f), 1.0f);
         if (!(rng_real(rng) < share)) return false;
         path->throughput = glossy * (1.0f / share);
     }
-    path->eta2 *= b.sample.eta * b.sample.eta;
+    path->eta2 *= b->sample.eta * b->sample.eta;
     path->surface = next;
-    path->distance = b.hit.t;
+    path->distance = b->hit.t;
     return true;
+}
+
+IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
+                       RayCount* rays, real3* sum) {
+    Bounce b;
+    return bounce_sample(s, &path->surface, rng, &b) && path_follow(s, path, &b, known, roulette, rng, rays, sum);
 }
 
 // Everything at one vertex: adds the direct light reflected there to *sum and moves on to the next surface; false if the
@@ -183,21 +188,26 @@ IR_FN uint edges_left(uint edges, uint used) {
     return edges == 0xffffffffu ? edges : edges - min(edges, used);
 }
 
-// Radiance that leaves `f` towards the viewer by reflection: light that arrives directly, at f or at the first surface
-// behind mirrors and glass, goes to *direct, light that arrives after further bounces to *indirect (either may be the
-// same variable's address). `edges` = path edges still allowed beyond the viewing ray: 1 = direct light, 2 = one bounce,
-// ...; 0xffffffff = no limit.
-IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rng, RayCount* rays, real3* direct,
-                              real3* indirect) {
-    PathState path = path_from(f, 0.0f);
+// Radiance that a path finds from its present vertex on, the `bounce`-th, towards the viewer: light that arrives directly,
+// at its first surface or at the first one behind mirrors and glass (`straight`: it has met nothing else so far), goes to
+// *direct, light that arrives after further bounces to *indirect (either may be the same variable's address). `edges` =
+// path edges allowed beyond the viewing ray: 1 = direct light, 2 = one bounce, ...; 0xffffffff = no limit.
+IR_FN void path_on(const SceneData* s, PathState* path, uint bounce, uint edges, bool straight, Rng* rng, RayCount* rays,
+                   real3* direct, real3* indirect) {
     real3 first = black(), later = first;
-    bool straight = true;  // nothing but mirrors and glass so far
-    for (uint bounce = 0; bounce < edges; ++bounce) {
+    for (; bounce < edges; ++bounce) {
         real3* sum = straight ? &first : &later;
-        if (!is_specular(&path.surface)) straight = false;
-        if (!path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, sum)) break;
+        if (!is_specular(&path->surface)) straight = false;
+        if (!path_vertex(s, path, bounce >= IR_ROULETTE_START, rng, rays, sum)) break;
     }
     *direct += first;
     *indirect += later;
+}
+
+// The same for all that surface `f` reflects towards the viewer.
+IR_FN void reflected_radiance(const SceneData* s, Surface f, uint edges, Rng* rng, RayCount* rays, real3* direct,
+                              real3* indirect) {
+    PathState path = path_from(f, 0.0f);
+    path_on(s, &path, 0u, edges, true, rng, rays, direct, indirect);
 }
 #endif

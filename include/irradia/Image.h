@@ -8,7 +8,8 @@ namespace irradia {
 
 /// A layer: `channels` interleaved floats a pixel, row-major, top row first. Radiance in W·m⁻²·sr⁻¹ (linear Rec. 709).
 struct Layer {
-    std::string name;  ///< "" for the picture itself; else "direct", "indirect", "albedo", "normal", "depth", "records"
+    std::string name;  ///< "" for the picture itself; else "direct", "indirect", "albedo", "normal", "depth", "records",
+                       ///< "counted"
     int channels = 3;
     std::vector<float> data;
 };

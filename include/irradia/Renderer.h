@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "irradia/Device.h"
+#include "irradia/ErrorReport.h"
 #include "irradia/Image.h"
 #include "irradia/Scene.h"
 
@@ -79,17 +81,20 @@ struct RenderSettings {
     float min_spacing = 1.5f;       ///< least support of a record, pixels
     float max_spacing = 30.0f;      ///< largest support of a record, pixels
     bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
+    bool report_error = false;      ///< estimate the picture's error in the end, by paths of its own (theory 8)
+    float error_share = 0.2f;       ///< of the time that the picture took: what the estimate may take
     std::vector<std::string> aovs;  ///< of aov_names()
 };
 
 /// Sets accuracy, hemisphere, spacing, paths of the grid, samples a pixel and their error to those of a quality.
 void apply_quality(RenderSettings& settings, Quality quality);
 
-/// Layers that --aov can ask for: direct, indirect, albedo, normal, depth, records.
+/// Layers that --aov can ask for: direct, indirect, albedo, normal, depth, records, counted (1 where the estimate of the
+/// error counts a pixel).
 const std::vector<std::string>& aov_names();
 
 struct Progress {
-    std::string stage;    ///< "grid", "records", "fill", "shade", "gather", "path"
+    std::string stage;    ///< "grid", "records", "shade", "gather", "path", "probes"
     double fraction = 0;  ///< of the whole render, 0..1
     std::uint64_t records = 0;
     std::uint64_t rays = 0;
@@ -113,6 +118,7 @@ struct RenderStatistics {
 struct RenderResult {
     Image image;
     RenderStatistics statistics;
+    std::optional<ErrorReport> error;  ///< if settings.report_error
 };
 
 /// Renders `scene` on `device`. The picture is linear radiance (W·m⁻²·sr⁻¹ in Rec. 709 RGB); layers follow

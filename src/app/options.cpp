@@ -232,6 +232,18 @@ void declare_rendering(CLI::App& app, Options& o) {
     picture.value("--seed", s.seed, "N", "Random seed: the same seed, device and options give the same picture")
         ->capture_default_str();
 
+    Group error(app, "Error");
+    error.flag(
+        "--report-error", s.report_error,
+        "Estimate the picture's error, by paths traced at random pixels that the picture knows nothing of: "
+        "relative RMSE and mean bias with 95 % intervals, where no lamp is in sight. On the terminal, in --stats "
+        "and in the EXR's metadata");
+    error
+        .value("--error-share", s.error_share, "SHARE",
+               "Time for that, to the time that the picture took; intervals narrow with its root")
+        ->check(number("above 0", [](double x) { return x > 0; }))
+        ->default_str(text(s.error_share));
+
     Group cache(app, "Irradiance caching");
     cache
         .value("--accuracy", s.accuracy, "A",

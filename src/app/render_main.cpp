@@ -6,6 +6,7 @@
 #include <optional>
 #include <sstream>
 
+#include "app/error_text.h"
 #include "app/film_size.h"
 #include "app/help.h"
 #include "app/loading.h"
@@ -130,6 +131,7 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
             result.statistics,
             load_phases,
             load_peak_bytes};
+    if (result.error) run.error = &*result.error;
     for (auto& [key, value] : picture_metadata(run)) result.image.metadata[key] = value;
     const double write_began = now();
     for (const std::string& path : o.outputs) save_picture(path, result.image, o.exposure);
@@ -137,6 +139,7 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
     run.total_seconds = now() - began;
     if (!o.stats.empty()) save_text(o.stats, stats_json(run));
     messages.say(done_text(o, result));
+    if (result.error) messages.say(error_text(*result.error));
     if (o.verbose) std::cerr << stats_table(run);
 }
 

@@ -66,6 +66,7 @@ Json settings_json(const Options& o, int spp) {
             {"grid_paths", s.grid_paths},
             {"share_lookups", s.share_lookups},
             {"specialise", s.specialise},
+            {"error_share", plain(s.error_share)},
             {"aovs", s.aovs}};
 }
 
@@ -78,6 +79,20 @@ Json device_json(const Run& r) {
             {"compute_units", r.device.compute_units},
             {"threads", r.options.device.threads},
             {"traversal", r.cpu_traversal ? "cpu" : "gpu"}};
+}
+
+Json interval_json(const Interval& i) { return {{"value", i.value}, {"low", i.low}, {"high", i.high}}; }
+
+Json error_json(const ErrorReport& e) {
+    return {{"rel_rmse", interval_json(e.rel_rmse)},
+            {"mean_bias", interval_json(e.mean_bias)},
+            {"direct_rel_rmse", e.direct_rel_rmse},
+            {"indirect_rel_rmse", e.indirect_rel_rmse},
+            {"counted", e.counted},
+            {"probes", e.probes},
+            {"paths", e.paths},
+            {"seconds", e.seconds},
+            {"doubt", e.doubt}};
 }
 
 std::uint64_t total_rays(const RenderStatistics& s) {
@@ -107,43 +122,44 @@ std::string stats_json(const Run& r) {
         load[phase] = seconds;
         (phase == "hierarchy" ? accel_seconds : load_seconds) += seconds;
     }
-    const Json j = {{"irradia", IRRADIA_VERSION},
-                    {"scene",
-                     {{"file", r.scene.source},
-                      {"width", r.scene.info.width},
-                      {"height", r.scene.info.height},
-                      {"rfilter", rfilter_name(r.scene)},
-                      {"triangles", r.scene.triangles.size()},
-                      {"analytic_primitives", r.scene.analytics.size()},
-                      {"materials", r.scene.materials.size()},
-                      {"textures", r.scene.textures.size()},
-                      {"lights", r.scene.lights.size()}}},
-                    {"settings", settings_json(r.options, s.spp)},
-                    {"device", device_json(r)},
-                    {"wall_seconds",
-                     {{"load", load_seconds},
-                      {"accel", accel_seconds},
-                      {"render", s.seconds},
-                      {"write", r.write_seconds},
-                      {"total", r.total_seconds}}},
-                    {"load_seconds", load},
-                    {"phase_seconds", s.phases},
-                    {"stages", stages},
-                    {"rays", rays},
-                    {"records", s.records},
-                    {"radiance_records", {{"count", s.radiance_records}, {"bytes_each", s.radiance_record_bytes}}},
-                    {"octree",
-                     {{"nodes", s.octree_nodes},
-                      {"entries", s.octree_entries},
-                      {"depth", s.octree_depth},
-                      {"growths", s.octree_growths}}},
-                    {"iterations", s.iterations},
-                    {"mean_spp", s.mean_spp},
-                    {"memory",
-                     {{"host_peak_bytes", peak_host_memory()},
-                      {"load_peak_bytes", r.load_peak_bytes},
-                      {"scene_bytes", scene_bytes(r.scene)},
-                      {"device_peak_bytes", r.device_peak_bytes}}}};
+    Json j = {{"irradia", IRRADIA_VERSION},
+              {"scene",
+               {{"file", r.scene.source},
+                {"width", r.scene.info.width},
+                {"height", r.scene.info.height},
+                {"rfilter", rfilter_name(r.scene)},
+                {"triangles", r.scene.triangles.size()},
+                {"analytic_primitives", r.scene.analytics.size()},
+                {"materials", r.scene.materials.size()},
+                {"textures", r.scene.textures.size()},
+                {"lights", r.scene.lights.size()}}},
+              {"settings", settings_json(r.options, s.spp)},
+              {"device", device_json(r)},
+              {"wall_seconds",
+               {{"load", load_seconds},
+                {"accel", accel_seconds},
+                {"render", s.seconds},
+                {"write", r.write_seconds},
+                {"total", r.total_seconds}}},
+              {"load_seconds", load},
+              {"phase_seconds", s.phases},
+              {"stages", stages},
+              {"rays", rays},
+              {"records", s.records},
+              {"radiance_records", {{"count", s.radiance_records}, {"bytes_each", s.radiance_record_bytes}}},
+              {"octree",
+               {{"nodes", s.octree_nodes},
+                {"entries", s.octree_entries},
+                {"depth", s.octree_depth},
+                {"growths", s.octree_growths}}},
+              {"iterations", s.iterations},
+              {"mean_spp", s.mean_spp},
+              {"memory",
+               {{"host_peak_bytes", peak_host_memory()},
+                {"load_peak_bytes", r.load_peak_bytes},
+                {"scene_bytes", scene_bytes(r.scene)},
+                {"device_peak_bytes", r.device_peak_bytes}}}};
+    if (r.error != nullptr) j["error"] = error_json(*r.error);
     return j.dump(2) + "\n";
 }
 
@@ -166,6 +182,16 @@ std::map<std::string, std::string> picture_metadata(const Run& r) {
     add("rays", total_rays(r.statistics));
     add("render_seconds", number(r.statistics.seconds));
     for (const auto& [phase, seconds] : r.statistics.phases) add(phase + "_seconds", number(seconds));
+    if (r.error != nullptr) {
+        const Json error = error_json(*r.error);
+        for (const auto& [key, value] : error.items()) {
+            if (value.is_object())
+                for (const auto& [end, number_there] : value.items())
+                    add("error." + key + (end == "value" ? "" : "." + end), number_there);
+            else
+                add("error." + key, value);
+        }
+    }
     return out;
 }
 

@@ -20,6 +20,7 @@ struct Run {
     Phases load_phases{};                         ///< wall seconds: parsing, meshes, ..., hierarchy
     std::uint64_t load_peak_bytes = 0;            ///< largest resident set until the scene was there
     double write_seconds = 0, total_seconds = 0;  ///< wall
+    const ErrorReport* error = nullptr;           ///< of the picture, if it was estimated
 };
 
 /// Everything, as indented JSON.

@@ -43,9 +43,6 @@ Image Film::image(const RenderSettings& settings) const {
     Image image;
     image.width = width_;
     image.height = height_;
-    const auto mean = [&](std::size_t pixel, std::size_t channel) {
-        return count_[pixel] > 0 ? sum_[pixel * channels_ + channel] / static_cast<double>(count_[pixel]) : 0.0;
-    };
     const auto layer = [&](const std::string& name, int channels, std::size_t first, bool beauty) {
         Layer l;
         l.name = name;

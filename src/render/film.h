@@ -23,6 +23,10 @@ public:
     /// Forgets what pixel i has gathered.
     void clear(std::uint32_t pixel);
 
+    /// Mean of one channel of what pixel i has gathered: 0-2 direct, 3-5 indirect radiance.
+    [[nodiscard]] double mean(std::size_t pixel, std::size_t channel) const {
+        return count_[pixel] > 0 ? sum_[pixel * channels_ + channel] / static_cast<double>(count_[pixel]) : 0.0;
+    }
     /// Mean luminance of what pixel i has gathered.
     [[nodiscard]] double luminance(std::size_t pixel) const;
     /// Samples that all pixels have gathered together.

@@ -4,6 +4,8 @@
 #include <memory>
 
 #include "irradia/Error.h"
+#include "render/error_probes.h"
+#include "render/lamps.h"
 #include "render/methods.h"
 
 namespace irradia {
@@ -37,6 +39,8 @@ void check(const Scene& scene, const RenderSettings& s) {
              " of radiance records: expected 0 (off) or a positive number");
     if (!(s.pixel_error >= 0) || !std::isfinite(s.pixel_error))
         fail("error of a pixel " + std::to_string(s.pixel_error) + ": expected 0 (off) or a positive number");
+    if (!(s.error_share > 0) || !std::isfinite(s.error_share))
+        fail("share " + std::to_string(s.error_share) + " of the time for the error: expected a positive number");
     if (s.spp < 0) fail("spp " + std::to_string(s.spp) + ": expected 0 (the scene's) or a positive number");
     for (const std::string& a : s.aovs)
         if (std::find(aov_names().begin(), aov_names().end(), a) == aov_names().end()) {
@@ -56,7 +60,7 @@ Layer records_layer(const Film& film, const std::vector<std::uint32_t>& pixels) 
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
-    static const std::vector<std::string> names{"direct", "indirect", "albedo", "normal", "depth", "records"};
+    static const std::vector<std::string> names{"direct", "indirect", "albedo", "normal", "depth", "records", "counted"};
     return names;
 }
 
@@ -73,9 +77,19 @@ RenderResult render_view(Run& run, CachingRenderer* caching) {
     else
         render_gather(run, film);
     RenderResult result;
+    if (settings.report_error) {
+        ErrorProbes probes(run, film);
+        spend(probes, film, settings.error_share * run.elapsed());
+        result.error = probes.report(film);
+        run.phase("probes");
+    }
     result.image = film.image(settings);
     if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
         result.image.layers.push_back(records_layer(film, record_pixels));
+    if (std::find(settings.aovs.begin(), settings.aovs.end(), "counted") != settings.aovs.end()) {
+        const std::vector<std::uint8_t> counted = pixels_without_lamps(run);
+        result.image.layers.push_back({"counted", 1, std::vector<float>(counted.begin(), counted.end())});
+    }
     run.statistics.mean_spp = static_cast<double>(film.samples()) / static_cast<double>(film.pixels());
     run.statistics.stages = run.device.stage_times();
     run.statistics.seconds = run.elapsed();

@@ -1,0 +1,112 @@
+// Probes of a finished picture (theory 8): unbiased estimates of what single pixels ought to show, independent of the
+// picture, and where the picture shows lamps.
+#include "camera_tile.h"
+#include "film.h"
+#include "path.h"
+#include "sobol.h"
+
+// A sample's first bounce and light sample take these; what follows is drawn independently.
+typedef struct ProbeNumbers {
+    float light_u, light_v, bsdf[4];
+} ProbeNumbers;
+
+// Path from the surface a sample sees, its first vertex by numbers stratified over the batch.
+IR_FN void probe_path(const SceneData* s, const Surface* f, const ProbeNumbers* u, uint edges, Rng* rng, RayCount* rays,
+                      real3* direct, real3* indirect) {
+    *direct += emitted_radiance(s, f);
+    if (edges == 0u || !reflects(f)) return;
+    PathState path = path_from(*f, 0.0f);
+    const bool straight = is_specular(f);
+    if (!straight) *direct += next_event(s, f, u->light_u, u->light_v, true, rays);
+    Bounce b;
+    if (!bsdf_sample(s, f, u->bsdf[0], u->bsdf[1], u->bsdf[2], &b.sample)) return;
+    if (!path_follow(s, &path, &b, false, false, rng, rays, direct)) return;
+    path_on(s, &path, 1u, edges, straight, rng, rays, direct, indirect);
+}
+
+// Item i: batch first_batch + i % batches of probe i / batches: `count` samples of that probe's pixel, on a set of scrambled Sobol
+// points of its own, so that batches are independent of each other. Their sums of direct and indirect radiance, RGB
+// each, go to sums[6 i]. Numbers depend on (seed, number of the probe, batch): the same pixel drawn twice gets others.
+IR_KERNEL void probe_pixels(IR_SCENE_ARGS, IR_GLOBAL const uint* pixels, IR_GLOBAL float* sums,
+                            IR_GLOBAL uint* ray_counts, uint items, uint first_probe, uint first_batch, uint batches,
+                            uint count, uint edges, uint seed) {
+    const uint item = IR_GLOBAL_ID;
+    if (item >= items) return;
+    IR_SCENE_INIT(s);
+    const uint probe = first_probe + item / batches, batch = first_batch + item % batches, pixel = pixels[probe];
+    const uint set = hash_uint(batch ^ hash_uint(probe ^ hash_uint(seed ^ 0x70726f62u)));
+    real3 direct = make_real3(0.0f, 0.0f, 0.0f), indirect = direct;
+    RayCount rays;
+    rays.bounce = rays.shadow = 0u;
+    for (uint first = 0; first < count; first += IR_TILE) {
+        const uint tile_count = min((uint)IR_TILE, count - first);
+        CameraTile tile;
+        ProbeNumbers numbers[IR_TILE];
+        Rng rng = rng_make(set, probe, first);
+        for (uint i = 0; i < tile_count; ++i) {
+            float u[4];
+            sobol4(first + i, set, u);
+            tile_ray(&s, pixel, i, u[0], u[1], &rng, &tile);
+            numbers[i].light_u = u[2];
+            numbers[i].light_v = u[3];
+            // Sobol's points in another order (Burley 2020): dimensions of their own.
+            const uint shuffled = reverse_bits(owen_scramble_reversed(reverse_bits(first + i), hash_uint(~set)));
+            sobol4(shuffled, hash_uint(set ^ 0x62736466u), numbers[i].bsdf);
+        }
+        trace_camera_tile(&s, tile_count, &rng, &tile);
+        for (uint i = 0; i < tile_count; ++i) {
+            const real3 direction = tile_direction(&tile, i);
+            const Hit hit = tile.hits[i];
+            if (hit.primitive == IR_NO_PRIMITIVE) {
+                direct += environment_radiance(&s, direction);
+                continue;
+            }
+            const Surface f = surface_at(&s, tile_origin(&tile, i), direction, &hit);
+            Rng path_rng = rng_make(set ^ 0x70617468u, probe, first + i);
+            probe_path(&s, &f, &numbers[i], edges, &path_rng, &rays, &direct, &indirect);
+        }
+    }
+    IR_GLOBAL float* out = sums + 6u * item;
+    out[0] = direct.x;
+    out[1] = direct.y;
+    out[2] = direct.z;
+    out[3] = indirect.x;
+    out[4] = indirect.y;
+    out[5] = indirect.z;
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], count);
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+}
+
+// shows[i] = 1 where the film position (column + offset, row + offset), in pixels, shows a lamp, else 0; i = row columns +
+// column. A work-item looks along IR_TILE neighbouring positions.
+IR_KERNEL void find_lamps(IR_SCENE_ARGS, IR_GLOBAL uint* shows, uint columns, uint positions, float offset) {
+    const uint first = IR_GLOBAL_ID * IR_TILE;
+    if (first >= positions) return;
+    IR_SCENE_INIT(s);
+    const uint count = min((uint)IR_TILE, positions - first);
+    const real3 origin = camera_origin(info);
+    float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], t_max[IR_TILE], t_min = 0.0f;
+    Hit hits[IR_TILE];
+    for (uint i = 0; i < count; ++i) {
+        const uint at = first + i;
+        const CameraRay ray = camera_ray_at(info, (float)(at % columns) + offset, (float)(at / columns) + offset);
+        dx[i] = ray.direction.x;
+        dy[i] = ray.direction.y;
+        dz[i] = ray.direction.z;
+        t_max[i] = ray.t_max;
+        t_min = max(t_min, ray.t_min);
+    }
+    trace_tile(&s, origin, dx, dy, dz, count, t_min, hits);
+    Rng rng = rng_make(0x6c616d70u, first, 0u);
+    for (uint i = 0; i < count; ++i) {
+        const real3 direction = make_real3(dx[i], dy[i], dz[i]);
+        const Hit hit = pass_masks(&s, origin, direction, t_max[i], hits[i], &rng);
+        bool lamp = false;
+        if (hit.primitive != IR_NO_PRIMITIVE && hit.t < t_max[i]) {
+            const Surface f = surface_at(&s, origin, direction, &hit);
+            lamp = !is_zero(emitted_radiance(&s, &f));
+        }
+        shows[first + i] = lamp ? 1u : 0u;
+    }
+}

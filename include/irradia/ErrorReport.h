@@ -1,0 +1,26 @@
+// What a renderer knows of its picture's error without a reference (theory 8).
+#pragma once
+#include <cstdint>
+#include <string>
+
+namespace irradia {
+
+/// An estimate and its 95 % interval.
+struct Interval {
+    double value = 0, low = 0, high = 0;
+};
+
+/// How far a picture is from what it would be without noise and bias. Means run over the counted pixels, those that
+/// show no lamp: how bright lamps are is known, and their brightness would make every other error look small. All
+/// figures are relative to the counted pixels' true mean.
+struct ErrorReport {
+    Interval rel_rmse;   ///< root of the mean over pixels and channels of (picture - truth)²; compare's rel_rmse
+    Interval mean_bias;  ///< mean of (picture - truth)
+    double direct_rel_rmse = 0, indirect_rel_rmse = 0;  ///< of the picture's two parts, each to the whole mean
+    double counted = 1;                                 ///< share of the picture's pixels
+    std::uint64_t probes = 0, paths = 0;  ///< places asked, with repetition; unbiased paths traced for them
+    double seconds = 0;                   ///< wall time that it took
+    std::string doubt;                    ///< why the intervals cannot be trusted; "" if they can
+};
+
+}  // namespace irradia

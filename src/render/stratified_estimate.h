@@ -1,0 +1,51 @@
+// Means from stratified draws, with intervals: the statistics of error probes, apart from rendering.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "irradia/ErrorReport.h"
+
+namespace irradia {
+
+/// A draw from one of several strata of equal probability. `value`: already divided by the density it was drawn with.
+struct Draw {
+    std::uint32_t stratum;
+    double value;
+};
+
+struct Estimate {
+    double mean = 0;
+    double deviation = 0;      ///< standard error of the mean
+    double freedom = 0;        ///< its degrees of freedom (Satterthwaite)
+    double largest_share = 0;  ///< of a single draw in the sum of all |value|
+};
+
+/// Every stratum holds at least two draws.
+Estimate stratified_estimate(std::size_t strata, const std::vector<Draw>& draws);
+
+/// 95 % interval of a mean, by Student's distribution.
+Interval interval_of(const Estimate& estimate);
+
+/// Quantile .975 of Student's distribution (below 3 degrees of freedom that of 3).
+double student_quantile(double freedom);
+
+/// Pixels drawn with density in proportion to `weights` (>= 0, not all 0), in strata of equal probability.
+class StratifiedPixels {
+public:
+    StratifiedPixels(const std::vector<double>& weights, std::size_t strata);
+
+    struct Pixel {
+        std::uint32_t index;
+        double density;  ///< with which it is drawn, a pixel: sums to 1 over all
+    };
+    /// u in [0, 1).
+    [[nodiscard]] Pixel draw(std::size_t stratum, double u) const;
+    [[nodiscard]] std::size_t strata() const noexcept { return strata_; }
+
+private:
+    std::size_t strata_;
+    std::vector<std::uint32_t> order_;  // by weight, so that a stratum's pixels are alike
+    std::vector<double> cumulative_;    // of the pixels in that order
+};
+
+}  // namespace irradia
