@@ -70,9 +70,8 @@ IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k
     return e;
 }
 
-// Walks the octree to p. Adds w E_i to *sum for every record with w > 0 (nothing if sum is null) and returns the sum of
-// the weights; if sum is null it may return as soon as the point is known to be covered.
-IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, bool only_coverage, real3* sum) {
+// Walks the octree to p. Adds w E_i to *sum for every record with w > 0 and returns the sum of the weights.
+IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
     uint record;
@@ -82,24 +81,34 @@ IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, bool only_
         const float w = record_weight(&q, &key, p, n, coat);
         if (!(w > 0.0f)) continue;
         weights += w;
-        if (!only_coverage)
-            *sum += record_irradiance(&c->values[record], &key, p, n) * w;
-        else if (weights > q.minimum_weight)
-            return weights;
+        *sum += record_irradiance(&c->values[record], &key, p, n) * w;
     }
     return weights;
 }
 
-// True if the records suffice at (p, n) of a surface with coat `coat` (0: none).
-IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat) {
-    real3 unused = make_real3(0.0f, 0.0f, 0.0f);
-    return cache_gather(c, p, n, coat, true, &unused) > c->parameters.minimum_weight;
+// True if the records suffice at (p, n) of a surface with coat `coat` (0: none). `reach`: support that a record made there
+// could have at most. Records that it would shrink (insert_records.cl) do not count: they have not seen what is so near
+// here. IR_INFINITY: all count.
+IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat, float reach) {
+    const CacheParameters q = c->parameters;
+    float weights = 0.0f;
+    uint record;
+    OctreeWalk walk = octree_walk(c->nodes, &q, p);
+    while (octree_next(c->nodes, c->entries, &walk, &record)) {
+        const RecordKey key = c->keys[record];
+        const float w = record_weight(&q, &key, p, n, coat);
+        if (!(w > 0.0f)) continue;
+        if (key.support1 > 1.001f * (reach + length(p - make_real3(key.px, key.py, key.pz)))) continue;
+        weights += w;
+        if (weights > q.minimum_weight) return true;
+    }
+    return false;
 }
 
 // Interpolated irradiance (1.6) in W·m⁻²; false (and zero) where no record applies.
 IR_FN bool cache_lookup(const Cache* c, real3 p, real3 n, uint coat, real3* irradiance) {
     real3 sum = make_real3(0.0f, 0.0f, 0.0f);
-    const float weights = cache_gather(c, p, n, coat, false, &sum);
+    const float weights = cache_gather(c, p, n, coat, &sum);
     const bool found = weights > 0.0f;
     *irradiance = found ? sum * (1.0f / weights) : make_real3(0.0f, 0.0f, 0.0f);
     return found;

@@ -18,7 +18,7 @@ IR_KERNEL void look_up(IR_CACHE_ARGS, IR_GLOBAL const float* points, IR_GLOBAL f
             if (w > 0.0f) sum += record_irradiance(&record_values[i], &key, p, n) * w;
         }
     } else {
-        weights = cache_gather(&cache, p, n, 0u, false, &sum);
+        weights = cache_gather(&cache, p, n, 0u, &sum);
     }
     out[4u * item] = sum.x;
     out[4u * item + 1u] = sum.y;

@@ -11,6 +11,15 @@
 #define IR_LOBE_ARGS
 #endif
 
+// How far a record at f may reach if another surface is close over it, in a gap or under a thing that nearly touches: as far as
+// that is away, or gap_least; else IR_INFINITY. Light changes over that distance there, and records outside, which have not
+// seen it, would shine into the dark.
+IR_FN float narrow_reach(const SceneData* s, const CacheParameters* c, const Surface* f, float footprint) {
+    if (!(c->gap_reach > 0.0f)) return IR_INFINITY;
+    const Hit hit = trace_closest(s, leave_surface(f, f->ng), f->ng, 0.0f, c->gap_reach * footprint);
+    return hit.primitive == IR_NO_PRIMITIVE ? IR_INFINITY : max(hit.t, c->gap_least * footprint);
+}
+
 IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL ShadingPoint* points, uint x_in_block,
                            uint y_in_block, uint blocks_x, uint block_count) {
     const uint block = IR_GLOBAL_ID;
@@ -32,6 +41,13 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
     if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f))
         lobe_points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, true);
 #endif
-    if (!is_diffuse(f) || cache_covers(&cache, f->p, f->ns, coat_of(f))) return;
+    if (!is_diffuse(f)) return;
+    const float footprint = pixel_footprint(info, seen.direction, seen.depth, f->ng);
+    const float reach = narrow_reach(&s, &cache_parameters, f, footprint);
+    if (cache_covers(&cache, f->p, f->ns, coat_of(f), reach)) return;
     points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
+    if (reach < IR_INFINITY) {
+        points[block].largest = reach;
+        points[block].least = cache_parameters.gap_least * footprint;
+    }
 }

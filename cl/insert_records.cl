@@ -45,14 +45,17 @@ IR_KERNEL void clamp_new_records(IR_GLOBAL const uint* octree_nodes, IR_GLOBAL c
 }
 
 IR_KERNEL void clamp_old_records(IR_GLOBAL const uint* octree_nodes, IR_GLOBAL const uint* octree_entries,
-                                 IR_GLOBAL RecordKey* record_keys, CacheParameters cache_parameters, float slope,
+                                 IR_GLOBAL RecordKey* record_keys, CacheParameters cache_parameters,
+                                 IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
                                  uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
     Cache c;
     c.nodes = octree_nodes;
     c.entries = octree_entries;
     c.parameters = cache_parameters;
-    clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, slope, 0.0f, true);
+    // Of a narrow place its neighbours may cover no more than is as near as what makes it narrow.
+    const bool narrow = points[stack[IR_GLOBAL_ID]].least > 0.0f;
+    clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, narrow ? min(slope, 1.0f) : slope, 0.0f, true);
 }
 
 IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octree_entries, IR_GLOBAL uint* octree_state,

@@ -123,14 +123,15 @@ IR_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereTotals*
     EllipseRadii support = clamp_ellipse(support1, support2, lo, hi, parameters.aspect);
     support.r1 *= parameters.overlap;
     support.r2 *= parameters.overlap;
+    const float least = q->least > 0.0f ? q->least : parameters.overlap * lo;
     if (q->largest > 0.0f) {
-        const float largest = max(q->largest, parameters.overlap * lo);
+        const float largest = max(q->largest, least);
         support.r1 = min(support.r1, largest);
         support.r2 = min(support.r2, largest);
     }
     // Not past the nearest surface seen (grazing rays left out): what lies behind it may be another room.
     if (parameters.reach > 0.0f) {
-        const float nearest = max(parameters.reach * sums->min_distance, parameters.overlap * lo);
+        const float nearest = max(parameters.reach * sums->min_distance, least);
         support.r1 = min(support.r1, nearest);
         support.r2 = min(support.r2, nearest);
     }

@@ -246,7 +246,7 @@ IR_FN bool radiance_lookup(const RadianceCache* c, const Surface* f, real3 p, re
 IR_FN bool radiance_covers(const RadianceCache* c, const Surface* f) {
     Cache cache = c->records;
     cache.parameters = lobe_cache_parameters(c, f);
-    return cache_covers(&cache, f->p, f->ns, 0u);
+    return cache_covers(&cache, f->p, f->ns, 0u, IR_INFINITY);
 }
 
 // By how much the records that answer f's lobe disagree: the weighted mean of |L_i - L| / L, in luminance. *least: the

@@ -50,7 +50,7 @@ IR_FN ShadingPoint make_shading_point(const IR_GLOBAL SceneInfo* info, const Sur
     q.step_x = step.x;
     q.step_y = step.y;
     q.step_z = step.z;
-    q.largest = q.pad0 = q.pad1 = q.pad2 = 0.0f;
+    q.largest = q.least = q.pad0 = q.pad1 = 0.0f;
     return q;
 }
 #endif

@@ -20,6 +20,10 @@ struct ErrorReport {
     double counted = 1;                                 ///< share of the picture's pixels
     std::uint64_t probes = 0, paths = 0;  ///< places asked, with repetition; unbiased paths traced for them
     double seconds = 0;                   ///< wall time that it took
+    double target = 0;        ///< rel_rmse that was asked for; 0: none
+    bool reached = false;     ///< the interval of rel_rmse ends below it
+    bool time_is_up = false;  ///< the time limit has ended the search for less
+    int steps = 0;            ///< pictures made on the way, the last one included
     std::string doubt;                    ///< why the intervals cannot be trusted; "" if they can
 };
 

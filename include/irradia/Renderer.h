@@ -83,6 +83,10 @@ struct RenderSettings {
     bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
     bool report_error = false;      ///< estimate the picture's error in the end, by paths of its own (theory 8)
     float error_share = 0.2f;       ///< of the time that the picture took: what the estimate may take
+    float target_error = 0;         ///< render until rel_rmse's 95 % interval ends below this: chooses what a quality
+                                    ///< sets, by what probes find; 0 = off
+    float time_limit = 0;           ///< seconds, of a search for less error; without target_error as little as can be had
+                                    ///< until then; 0 = none
     std::vector<std::string> aovs;  ///< of aov_names()
 };
 
@@ -118,7 +122,7 @@ struct RenderStatistics {
 struct RenderResult {
     Image image;
     RenderStatistics statistics;
-    std::optional<ErrorReport> error;  ///< if settings.report_error
+    std::optional<ErrorReport> error;  ///< if report_error, target_error or time_limit ask for it
 };
 
 /// Renders `scene` on `device`. The picture is linear radiance (W·m⁻²·sr⁻¹ in Rec. 709 RGB); layers follow

@@ -153,6 +153,20 @@ std::string read_hemisphere(const std::string& given, int& m, int& n) {
     return "'" + given + "' is not MxN: two whole numbers above 0, for example 16x64";
 }
 
+// "2%" or "0.02" -> 0.02.
+std::string read_share(const std::string& given, float& share) {
+    char* end = nullptr;
+    double value = std::strtod(given.c_str(), &end);
+    if (end != given.c_str() && *end == '%') {
+        value /= 100;
+        ++end;
+    }
+    if (end == given.c_str() || *end != '\0' || !(value > 0 && value < 1))
+        return "'" + given + "' is not a part of the picture's mean between 0 and 1, for example 2% or 0.02";
+    share = static_cast<float>(value);
+    return "";
+}
+
 void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines) {
     app.add_option("SCENE", o.scene, "A Mitsuba 3 scene file (.xml), or a packed scene that --pack wrote");
     Group files(app, "Files");
@@ -243,6 +257,22 @@ void declare_rendering(CLI::App& app, Options& o) {
                "Time for that, to the time that the picture took; intervals narrow with its root")
         ->check(number("above 0", [](double x) { return x > 0; }))
         ->default_str(text(s.error_share));
+
+    app.add_option_function<std::string>(
+           "--target-error", [&s](const std::string& given) { read_share(given, s.target_error); },
+           "Render until the picture's relative RMSE, as --report-error estimates it, is below this with 95 % "
+           "confidence. Chooses what --quality sets, from what is found on the way")
+        ->check([](const std::string& given) {
+            float share = 0;
+            return read_share(given, share);
+        })
+        ->type_name("PERCENT")
+        ->group("Error");
+    error
+        .value("--time-limit", s.time_limit, "SECONDS",
+               "With --target-error: stop there, with the best picture so far, and say what was reached. Without: the "
+               "best picture that can be had in this time. The first, rough picture is always finished")
+        ->check(number("above 0", [](double x) { return x > 0; }));
 
     Group cache(app, "Irradiance caching");
     cache

@@ -92,6 +92,10 @@ Json error_json(const ErrorReport& e) {
             {"probes", e.probes},
             {"paths", e.paths},
             {"seconds", e.seconds},
+            {"target", e.target},
+            {"reached", e.reached},
+            {"time_is_up", e.time_is_up},
+            {"steps", e.steps},
             {"doubt", e.doubt}};
 }
 

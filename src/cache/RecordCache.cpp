@@ -93,11 +93,19 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
             .arg(entries_)
             .arg(keys_)
             .arg(parameters_)
+            .arg(points)
+            .arg(stack)
             .arg(settings_.clamp_slope)
             .arg(first)
             .arg(n)
             .run(groups_of(count), items);
     }
+    enter(first, n);
+    size_ += count;
+}
+
+// Records [first, first + count) into the octree.
+void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
@@ -108,7 +116,7 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
             .arg(static_cast<std::uint32_t>(node_capacity_))
             .arg(static_cast<std::uint32_t>(entry_capacity_))
             .arg(first)
-            .arg(n)
+            .arg(count)
             .run(groups_of(count), items);
         shared::OctreeState state{};
         device_.read(state_, &state, sizeof state);
@@ -125,7 +133,24 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
                     more_entries ? 2 * entry_capacity_ : entry_capacity_);
         device_.write(state_, &state, sizeof state);
     }
-    size_ += count;
+}
+
+void RecordCache::rescale(float factor, const CacheSettings& settings) {
+    settings_ = settings;
+    parameters_.inverse_angle = settings.inverse_angle;
+    parameters_.in_front = settings.in_front_slope;
+    if (size_ == 0) return;
+    std::vector<shared::RecordKey> keys = download_keys();
+    for (shared::RecordKey& k : keys) {
+        k.support1 *= factor;
+        k.support2 *= factor;
+    }
+    device_.write(keys_, keys.data(), keys.size() * sizeof keys[0]);
+    device_.fill(nodes_, 0, node_capacity_ * node_bytes);
+    const shared::OctreeState empty{1, 0, 0, 0};
+    device_.write(state_, &empty, sizeof empty);
+    octree_ = {1, 0, 0, octree_.growths};
+    enter(0, static_cast<std::uint32_t>(size_));
 }
 
 shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {
@@ -133,6 +158,8 @@ shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {
     if (placement) {
         p.stretch = settings_.placement_stretch;
         p.minimum_weight = settings_.minimum_weight;
+        p.gap_least = settings_.gap_least;
+        p.gap_reach = settings_.gap_reach;
     }
     return p;
 }

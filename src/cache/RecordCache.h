@@ -27,6 +27,7 @@ struct CacheSettings {
     std::uint32_t weight = IR_WEIGHT_WARD;  ///< IR_WEIGHT_*
     float clamp_slope = 1;                  ///< neighbour clamp; 0 = off
     float min_spacing = 1.5f;               ///< footprints: neighbour clamping does not shrink a record below this
+    float gap_least = 0, gap_reach = 0;     ///< see CacheParameters; 0 = narrow places are not looked for
 };
 
 class RecordCache {
@@ -37,6 +38,9 @@ public:
     std::uint32_t reserve(std::size_t count);
     /// Enters records [size(), size() + count), which a kernel has written, made at points[stack[i]].
     void insert(std::size_t count, const Buffer& points, const Buffer& stack);
+
+    /// Supports times `factor`, and look-ups by `settings` (whose bounds are the old ones) from now on.
+    void rescale(float factor, const CacheSettings& settings);
 
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] const Buffer& keys() const noexcept { return keys_; }
@@ -59,6 +63,7 @@ public:
     [[nodiscard]] const Octree& octree() const noexcept { return octree_; }
 
 private:
+    void enter(std::uint32_t first, std::uint32_t count);
     void grow_records(std::size_t capacity);
     void grow_octree(std::size_t nodes, std::size_t entries);
 

@@ -34,6 +34,7 @@ constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u <
 constexpr std::uint32_t record_rounds = 24;  // after so many, samples that still find no record are path traced
 constexpr std::uint32_t disagreement_rounds = 2;
 constexpr std::uint32_t disagreement_salt = record_rounds, rounds_a_view = disagreement_salt + disagreement_rounds + 1;
+constexpr float gap_least = 0.5f;      // footprints: support of a record in a narrow place
 constexpr double records_share = 0.5;  // of the progress bar
 
 /// `accuracy`: `a` of the records.
@@ -52,6 +53,10 @@ CacheSettings cache_settings(const Run& run, float accuracy) {
     c.clamp_slope = neighbour_clamp_slope(s);
     c.min_spacing = s.min_spacing * s.overlap;
     c.placement_stretch = s.overlap;
+    if (s.reach_limit) {
+        c.gap_least = std::min(gap_least, c.min_spacing);
+        c.gap_reach = s.max_spacing * s.overlap;
+    }
     return c;
 }
 
@@ -69,10 +74,10 @@ public:
     explicit Caching(Run& run)
         : run_(run),
           cache_(run.device, cache_settings(run, run.settings.accuracy)),
-          hemispheres_(run, Hemispheres::irradiance_records),
           grid_(run),
           pixels_(static_cast<std::size_t>(run.scene.info.width) * run.scene.info.height),
           chunk_(std::min(pixels_, run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
+        hemispheres_.emplace(run, Hemispheres::irradiance_records);
         defines_ = cache_.defines();
         defines_["IR_DIRECT_MIS"] = run.direct_mis() ? "1" : "0";
         defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
@@ -83,35 +88,79 @@ public:
     }
 
     std::vector<std::uint32_t> render(Film& film) {
-        const std::size_t known = cache_.size(), known_lobes = radiance_ ? radiance_->records().size() : 0;
+        const Known known = this->known();
         if (run_.edges_beyond_camera() >= 2) {
-            if (views_ == 0) {
-                grid_.fill();
-                run_.phase("grid");
-            }
+            if (grid_paths_ == 0) fill_grid();
             place_records();
             settle_disagreements();
             run_.phase("records");
         }
-        shade(film);
+        schedule_.emplace(static_cast<int>(run_.scene.info.width), static_cast<int>(run_.scene.info.height), run_.spp(),
+                          run_.settings.pixel_error);
+        if (!counted_.empty()) schedule_->spare(counted_, spared_spp_);
+        return shade(film, known);
+    }
+
+    void spare(std::vector<std::uint8_t> counted, std::uint32_t spp) {
+        counted_ = std::move(counted);
+        spared_spp_ = spp;
+    }
+
+    std::vector<std::uint32_t> refine(Film& film, float factor) {
+        cache_.rescale(factor, cache_settings(run_, run_.settings.accuracy));
+        hemispheres_.emplace(run_, Hemispheres::irradiance_records);
+        if (run_.settings.grid_paths >= 2 * grid_paths_ && run_.edges_beyond_camera() >= 2) fill_grid();
+        if (radiance_ && radiance_->fits(run_.settings))
+            radiance_->rescale(factor, radiance_settings(run_));
+        else if (radiance_)
+            radiance_.emplace(run_, radiance_settings(run_));
+        for (std::uint32_t i = 0; i < pixels_; ++i) film.clear(i);
+        return render(film);
+    }
+
+    std::vector<std::uint32_t> sample_more(Film& film) {
+        const Known known = this->known();
+        schedule_->allow(film, run_.spp(), run_.settings.pixel_error);
+        return shade(film, known);
+    }
+
+    [[nodiscard]] double squared_noise() const { return schedule_ ? schedule_->squared_noise() : 0; }
+
+private:
+    void fill_grid() {
+        grid_.fill();
+        grid_paths_ = run_.settings.grid_paths;
+        run_.phase("grid");
+    }
+
+    // Records that there were at some time.
+    struct Known {
+        std::size_t records, lobes;
+    };
+    [[nodiscard]] Known known() const { return {cache_.size(), radiance_ ? radiance_->records().size() : 0}; }
+
+    // Whatever the schedule wants; the pixels of records made since `known`.
+    std::vector<std::uint32_t> shade(Film& film, const Known& known) {
+        std::uint32_t round = 1;
+        for (; !schedule_->pixels().empty(); schedule_->advance(film)) shade_pass(film, *schedule_, round);
         run_.phase("shade");
         ++views_;
         RenderStatistics& s = run_.statistics;
         s.records = cache_.size();
+        s.octree_nodes = s.octree_entries = 0;
         add_octree(s, cache_);
         std::vector<std::uint32_t> pixels;
-        add_pixels(cache_, known, pixels);
+        add_pixels(cache_, known.records, pixels);
         if (radiance_) {
             const RecordCache& records = radiance_->records();
             s.radiance_records = records.size();
             s.radiance_record_bytes = radiance_->record_bytes();
             add_octree(s, records);
-            add_pixels(records, known_lobes, pixels);
+            add_pixels(records, known.lobes, pixels);
         }
         return pixels;
     }
 
-private:
     // The pixels of this view at which records were made.
     static void add_pixels(const RecordCache& cache, std::size_t first, std::vector<std::uint32_t>& pixels) {
         const std::vector<shared::RecordValue> values = cache.download_values();
@@ -137,7 +186,7 @@ private:
         if (stack.empty()) return;
         const Buffer indices = run_.device.upload(stack.indices);
         const std::uint32_t first = cache_.reserve(stack.size());
-        hemispheres_.sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
+        hemispheres_->sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
         cache_.insert(stack.size(), points, indices);
     }
 
@@ -314,14 +363,6 @@ private:
         return stack;
     }
 
-    void shade(Film& film) {
-        const shared::SceneInfo& info = run_.scene.info;
-        SampleSchedule schedule(static_cast<int>(info.width), static_cast<int>(info.height), run_.spp(),
-                                run_.settings.pixel_error);
-        std::uint32_t round = 1;
-        for (; !schedule.pixels().empty(); schedule.advance(film)) shade_pass(film, schedule, round);
-    }
-
     // One pass. A pixel that misses a record gets it and is shaded anew, from its first sample on.
     void shade_pass(Film& film, const SampleSchedule& schedule, std::uint32_t& round) {
         std::vector<std::uint32_t> pixels = schedule.pixels();
@@ -344,17 +385,27 @@ private:
 
     Run& run_;
     RecordCache cache_;
-    HemisphereSampler hemispheres_;
+    std::optional<HemisphereSampler> hemispheres_;
     IrradianceGrid grid_;
     std::optional<RadianceCache> radiance_;
     std::optional<Launch> launch_;
     std::size_t pixels_, chunk_;
-    std::uint32_t views_ = 0;
+    std::uint32_t views_ = 0;  // renderings, of the same view or of another
+    int grid_paths_ = 0;       // that the grid was filled with
+    std::optional<SampleSchedule> schedule_;
+    std::vector<std::uint8_t> counted_;  // see spare()
+    std::uint32_t spared_spp_ = 0;
     std::map<std::string, std::string> defines_;
 };
 
 CachingRenderer::CachingRenderer(Run& run) : caching_(std::make_unique<Caching>(run)) {}
 CachingRenderer::~CachingRenderer() = default;
 std::vector<std::uint32_t> CachingRenderer::render(Film& film) { return caching_->render(film); }
+void CachingRenderer::spare(std::vector<std::uint8_t> counted, std::uint32_t spp) {
+    caching_->spare(std::move(counted), spp);
+}
+std::vector<std::uint32_t> CachingRenderer::refine(Film& film, float factor) { return caching_->refine(film, factor); }
+std::vector<std::uint32_t> CachingRenderer::sample_more(Film& film) { return caching_->sample_more(film); }
+double CachingRenderer::squared_noise() const { return caching_->squared_noise(); }
 
 }  // namespace irradia

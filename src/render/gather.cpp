@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t pixels_a_launch = 1024;
 }
 
-void render_gather(Run& run, Film& film) {
+void render_gather(Run& run, Film& film, std::uint32_t first_sample) {
     HemisphereSampler hemispheres(run, Hemispheres::irradiance);
     const IrradianceGrid no_grid(run);
     const std::size_t chunk = std::min(film.pixels(), pixels_a_launch);
@@ -22,9 +22,9 @@ void render_gather(Run& run, Film& film) {
     Buffer values = run.device.allocate(chunk * sizeof(shared::RecordValue));
     std::vector<float> sums(chunk * film.channels());
     std::vector<shared::ShadingPoint> host_points(chunk);
-    const double total = static_cast<double>(film.pixels()) * run.spp();
+    const double total = static_cast<double>(film.pixels()) * (run.spp() - first_sample);
     double done = 0;
-    for (std::uint32_t sample = 0; sample < run.spp(); ++sample) {
+    for (std::uint32_t sample = first_sample; sample < run.spp(); ++sample) {
         for (std::size_t first = 0; first < film.pixels(); first += chunk) {
             const std::size_t count = std::min(chunk, film.pixels() - first);
             run.scene_kernel("gather_pixels.cl", "gather_points", {{"IR_DIRECT_MIS", run.direct_mis() ? "1" : "0"}})

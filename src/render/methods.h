@@ -8,8 +8,9 @@
 
 namespace irradia {
 
-void render_path(Run& run, Film& film);
-void render_gather(Run& run, Film& film);
+/// Samples [first, run.spp()) of every pixel; film holds those before.
+void render_path(Run& run, Film& film, std::uint32_t first = 0);
+void render_gather(Run& run, Film& film, std::uint32_t first = 0);
 /// Irradiance and radiance caching. What it has learned of the scene serves all views that it renders.
 class CachingRenderer {
 public:
@@ -20,6 +21,16 @@ public:
 
     /// Renders the run's present view. Returns the pixel of every record made for it.
     std::vector<std::uint32_t> render(Film& film);
+
+    /// Pixels where `counted` is 0 take no more than `spp` samples.
+    void spare(std::vector<std::uint8_t> counted, std::uint32_t spp);
+    /// run.settings have changed and ask for supports that are `factor` times as large, and for better records: those
+    /// that are there stay, with their supports so scaled. The view is then rendered anew, as by render().
+    std::vector<std::uint32_t> refine(Film& film, float factor);
+    /// run.settings and run.spp() have changed and ask for more samples: adds them to the film that render() has left.
+    std::vector<std::uint32_t> sample_more(Film& film);
+    /// What noise of samples adds to the picture's squared error: see SampleSchedule.
+    [[nodiscard]] double squared_noise() const;
 
 private:
     class Caching;

@@ -12,14 +12,14 @@ constexpr std::uint32_t samples_a_launch = 16;
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 21;
 }  // namespace
 
-void render_path(Run& run, Film& film) {
+void render_path(Run& run, Film& film, std::uint32_t first_sample) {
     const std::size_t chunk =
         std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
     std::vector<float> sums(chunk * film.channels());
-    const double total = static_cast<double>(film.pixels()) * run.spp();
+    const double total = static_cast<double>(film.pixels()) * (run.spp() - first_sample);
     double done = 0;
-    for (std::uint32_t sample = 0; sample < run.spp(); sample += samples_a_launch) {
+    for (std::uint32_t sample = first_sample; sample < run.spp(); sample += samples_a_launch) {
         const std::uint32_t samples = std::min(samples_a_launch, run.spp() - sample);
         for (std::size_t first = 0; first < film.pixels(); first += chunk) {
             const std::size_t count = std::min(chunk, film.pixels() - first);

@@ -32,8 +32,8 @@ bool RadianceCache::useful(const Scene& scene) {
     return std::any_of(scene.materials.begin(), scene.materials.end(), has_lobe);
 }
 
-RadianceCache::RadianceCache(Run& run, const CacheSettings& settings)
-    : run_(run), records_(run.device, settings), hemispheres_(run, Hemispheres::radiance_records) {
+RadianceCache::RadianceCache(Run& run, const CacheSettings& settings) : run_(run), records_(run.device, settings) {
+    hemispheres_.emplace(run, Hemispheres::radiance_records);
     const RenderSettings& s = run.settings;
     parameters_.stride = static_cast<std::uint32_t>(stride_of(s));
     parameters_.angles = static_cast<std::uint32_t>(s.lobe_table);
@@ -151,9 +151,17 @@ void RadianceCache::make(const Buffer& points, const RecordStack& stack, const I
         if (samples_.bytes() < bytes) samples_ = run_.device.allocate(bytes);
     }
     const KeptSamples kept{&samples_, parameters_.stride, keep_samples_ ? 0 : first};
-    hemispheres_.sample(points, indices, stack.size(), grid, records_.keys(), records_.values(), first, salt, &kept);
+    hemispheres_->sample(points, indices, stack.size(), grid, records_.keys(), records_.values(), first, salt, &kept);
     if (parameters_.order > 0) project(kept.first, first, stack.size());
     records_.insert(stack.size(), points, indices);
+}
+
+bool RadianceCache::fits(const RenderSettings& settings) const { return parameters_.stride == stride_of(settings); }
+
+void RadianceCache::rescale(float factor, const CacheSettings& settings) {
+    hemispheres_.emplace(run_, Hemispheres::radiance_records);
+    parameters_.least = run_.settings.min_spacing * run_.settings.overlap;
+    records_.rescale(factor, settings);
 }
 
 Kernel& RadianceCache::bind(Kernel& kernel, bool placement) const {

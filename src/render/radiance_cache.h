@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "cache/RecordCache.h"
@@ -23,6 +24,11 @@ public:
     /// Records for points[stack[i]], sampled and entered. `salt`: see HemisphereSampler.
     void make(const Buffer& points, const RecordStack& stack, const IrradianceGrid& grid, std::uint32_t salt);
 
+    /// Do records by these settings have as many samples as those that are there?
+    [[nodiscard]] bool fits(const RenderSettings& settings) const;
+    /// run.settings have changed, but for --hemisphere, and ask for supports `factor` times as large: see RecordCache.
+    void rescale(float factor, const CacheSettings& settings);
+
     [[nodiscard]] const RecordCache& records() const noexcept { return records_; }
     /// Bytes of one record, its key and value included.
     [[nodiscard]] std::size_t record_bytes() const noexcept;
@@ -37,7 +43,7 @@ private:
 
     Run& run_;
     RecordCache records_;
-    HemisphereSampler hemispheres_;
+    std::optional<HemisphereSampler> hemispheres_;
     shared::RadianceParameters parameters_{};
     bool keep_samples_ = true;  // otherwise they are needed only until they are projected
     std::size_t capacity_ = 0;  // records that samples_ and harmonics_ have room for

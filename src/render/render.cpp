@@ -7,6 +7,7 @@
 #include "render/error_probes.h"
 #include "render/lamps.h"
 #include "render/methods.h"
+#include "render/target.h"
 
 namespace irradia {
 namespace {
@@ -41,6 +42,9 @@ void check(const Scene& scene, const RenderSettings& s) {
         fail("error of a pixel " + std::to_string(s.pixel_error) + ": expected 0 (off) or a positive number");
     if (!(s.error_share > 0) || !std::isfinite(s.error_share))
         fail("share " + std::to_string(s.error_share) + " of the time for the error: expected a positive number");
+    for (const auto& [name, value] : {std::pair{"target error", s.target_error}, {"time limit", s.time_limit}})
+        if (!(value >= 0) || !std::isfinite(value))
+            fail(std::string(name) + " " + std::to_string(value) + ": expected 0 (off) or a positive number");
     if (s.spp < 0) fail("spp " + std::to_string(s.spp) + ": expected 0 (the scene's) or a positive number");
     for (const std::string& a : s.aovs)
         if (std::find(aov_names().begin(), aov_names().end(), a) == aov_names().end()) {
@@ -60,28 +64,39 @@ Layer records_layer(const Film& film, const std::vector<std::uint32_t>& pixels) 
 }  // namespace
 
 const std::vector<std::string>& aov_names() {
-    static const std::vector<std::string> names{"direct", "indirect", "albedo", "normal", "depth", "records", "counted"};
+    static const std::vector<std::string> names{"direct", "indirect", "albedo", "normal",
+                                                "depth",  "records",  "counted"};
     return names;
 }
 
 namespace {
 
-RenderResult render_view(Run& run, CachingRenderer* caching) {
-    const RenderSettings& settings = run.settings;
-    Film film(static_cast<int>(run.scene.info.width), static_cast<int>(run.scene.info.height), run.aovs());
-    std::vector<std::uint32_t> record_pixels;
-    if (caching != nullptr)
-        record_pixels = caching->render(film);
-    else if (settings.method == Method::path)
+std::vector<std::uint32_t> render_film(Run& run, Film& film, CachingRenderer* caching) {
+    if (caching != nullptr) return caching->render(film);
+    if (run.settings.method == Method::path)
         render_path(run, film);
     else
         render_gather(run, film);
+    return {};
+}
+
+bool searches(const RenderSettings& s) { return s.target_error > 0 || s.time_limit > 0; }
+
+/// `settings`: what run.settings refers to. `caching`: made here where the settings are only found here.
+RenderResult render_view(Run& run, RenderSettings& settings, std::unique_ptr<CachingRenderer>& caching) {
+    Film film(static_cast<int>(run.scene.info.width), static_cast<int>(run.scene.info.height), run.aovs());
+    std::vector<std::uint32_t> record_pixels;
     RenderResult result;
-    if (settings.report_error) {
-        ErrorProbes probes(run, film);
-        spend(probes, film, settings.error_share * run.elapsed());
-        result.error = probes.report(film);
-        run.phase("probes");
+    if (searches(settings)) {
+        record_pixels = render_to_target(run, settings, film, caching, result.error.emplace());
+    } else {
+        record_pixels = render_film(run, film, caching.get());
+        if (settings.report_error) {
+            ErrorProbes probes(run, film);
+            spend(probes, film, static_cast<double>(settings.error_share) * run.elapsed());
+            result.error = probes.report(film);
+            run.phase("probes");
+        }
     }
     result.image = film.image(settings);
     if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
@@ -99,28 +114,31 @@ RenderResult render_view(Run& run, CachingRenderer* caching) {
 
 std::unique_ptr<CachingRenderer> caching_renderer(Run& run) {
     const Method m = run.settings.method;
-    return m == Method::irradiance || m == Method::radiance ? std::make_unique<CachingRenderer>(run) : nullptr;
+    const bool caches = m == Method::irradiance || m == Method::radiance;
+    return caches && !searches(run.settings) ? std::make_unique<CachingRenderer>(run) : nullptr;
 }
 
 }  // namespace
 
-RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
-                    const ProgressCallback& progress) {
-    check(scene, settings);
+RenderResult render(const Scene& scene, Device& device, const RenderSettings& asked, const ProgressCallback& progress) {
+    check(scene, asked);
+    RenderSettings settings = asked;
     Run run(scene, device, settings, progress);
-    const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
-    return render_view(run, caching.get());
+    std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
+    return render_view(run, settings, caching);
 }
 
-void render_views(const Scene& scene, Device& device, const RenderSettings& settings,
+void render_views(const Scene& scene, Device& device, const RenderSettings& asked,
                   const std::vector<shared::Camera>& cameras,
                   const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress) {
-    check(scene, settings);
+    check(scene, asked);
+    if (searches(asked)) throw Error("target error and time limit: expected a single view");
+    RenderSettings settings = asked;
     Run run(scene, device, settings, progress);
-    const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
+    std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
     for (std::size_t i = 0; i < cameras.size(); ++i) {
         run.set_camera(cameras[i]);
-        done(i, render_view(run, caching.get()));
+        done(i, render_view(run, settings, caching));
     }
 }
 

@@ -130,6 +130,7 @@ std::uint32_t Run::edges_beyond_hemisphere() const noexcept {
 }
 
 void Run::report(const std::string& stage, double fraction, std::uint64_t records) {
+    if (elapsed() > stop_) throw TimeIsUp{};
     if (!progress_) return;
     Progress p;
     p.stage = stage;

@@ -2,6 +2,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -36,10 +37,15 @@ public:
     [[nodiscard]] std::uint32_t edges_beyond_camera() const noexcept;
     [[nodiscard]] std::uint32_t edges_beyond_hemisphere() const noexcept;
     [[nodiscard]] std::uint32_t spp() const noexcept { return static_cast<std::uint32_t>(statistics.spp); }
+    void set_spp(std::uint32_t spp) noexcept { statistics.spp = static_cast<int>(spp); }
     /// Is direct light sampled by BSDF samples too (DirectMis)? What IR_DIRECT_MIS is defined as.
     [[nodiscard]] bool direct_mis() const noexcept;
     [[nodiscard]] bool aovs() const noexcept;  ///< kernels must gather albedo, normal, depth
 
+    /// Thrown by report() once the time that stop_after() has set is over.
+    struct TimeIsUp {};
+    /// `elapsed`: of elapsed(); infinity: never.
+    void stop_after(double elapsed) noexcept { stop_ = elapsed; }
     void report(const std::string& stage, double fraction, std::uint64_t records = 0);
     /// Wall seconds since the previous call go to phases[name].
     void phase(const std::string& name);
@@ -50,6 +56,7 @@ private:
     using Clock = std::chrono::steady_clock;
     const ProgressCallback& progress_;
     Clock::time_point start_, phase_start_;
+    double stop_ = std::numeric_limits<double>::infinity();
     std::uint32_t seed_ = 0;
     Buffer ray_counters_;
     Buffer nodes_, leaves_, analytics_, triangles_, vertices_, materials_, textures_, texels_, lights_, info_;

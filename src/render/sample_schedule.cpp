@@ -14,7 +14,10 @@ SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double 
       spp_(spp),
       end_(pixel_error > 0 ? std::min(spp, first_pass) : spp),
       pixel_error_(pixel_error),
-      pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+      pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+      before_(pixels_.size(), 0.0),
+      taken_(pixels_.size(), 0),
+      errors_(pixels_.size(), -1.0) {
     std::iota(pixels_.begin(), pixels_.end(), 0u);
 }
 
@@ -50,10 +53,6 @@ std::vector<double> SampleSchedule::squared_errors(const std::vector<double>& no
 }
 
 void SampleSchedule::advance(const Film& film) {
-    if (end_ >= spp_) {
-        pixels_.clear();
-        return;
-    }
     std::vector<double> now(pixels_.size());
     for (std::size_t k = 0; k < now.size(); ++k) now[k] = film.luminance(pixels_[k]);
     if (first_ == 0) {  // one mean, nothing to compare it with; but the picture's mean, without what lamps in view add
@@ -63,22 +62,58 @@ void SampleSchedule::advance(const Film& film) {
             for (const double l : now) sum += std::min(l, 4 * mean);
             mean = sum / static_cast<double>(now.size());
         }
-        allowed_ = pixel_error_ * mean * pixel_error_ * mean;
-        before_ = std::move(now);
+        mean_ = mean;
     } else {
         const std::vector<double> errors = squared_errors(now);
-        std::size_t left = 0;
-        for (std::size_t k = 0; k < errors.size(); ++k)
-            if (errors[k] > allowed_) {
-                pixels_[left] = pixels_[k];
-                now[left++] = now[k];
-            }
-        pixels_.resize(left);
-        now.resize(left);
-        before_ = std::move(now);
+        for (std::size_t k = 0; k < errors.size(); ++k) errors_[pixels_[k]] = errors[k];
     }
-    first_ = end_;
-    end_ = std::min(2 * end_, spp_);
+    for (const std::uint32_t i : pixels_) taken_[i] = end_;
+    choose(film);
+}
+
+bool SampleSchedule::wants_more(std::uint32_t pixel) const {
+    const std::uint32_t most = counted_.empty() || counted_[pixel] != 0 ? spp_ : std::min(spp_, spared_spp_);
+    const double allowed = pixel_error_ * mean_ * pixel_error_ * mean_;
+    return taken_[pixel] < most && (errors_[pixel] < 0 || errors_[pixel] > allowed);
+}
+
+// The next pass: of the pixels that want more samples those that have fewest.
+void SampleSchedule::choose(const Film& film) {
+    constexpr std::uint32_t none = 0xffffffffu;
+    std::uint32_t fewest = none;
+    pixels_.clear();
+    for (std::uint32_t i = 0; i < taken_.size(); ++i) {
+        if (taken_[i] > fewest || !wants_more(i)) continue;
+        if (taken_[i] < fewest) pixels_.clear();
+        fewest = taken_[i];
+        pixels_.push_back(i);
+    }
+    if (fewest == none) return;
+    first_ = fewest;
+    end_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{2} * fewest, spp_));
+    before_.resize(pixels_.size());
+    for (std::size_t k = 0; k < pixels_.size(); ++k) before_[k] = film.luminance(pixels_[k]);
+}
+
+void SampleSchedule::allow(const Film& film, std::uint32_t spp, double pixel_error) {
+    spp_ = spp;
+    pixel_error_ = pixel_error;
+    choose(film);
+}
+
+void SampleSchedule::spare(std::vector<std::uint8_t> counted, std::uint32_t spp) {
+    counted_ = std::move(counted);
+    spared_spp_ = spp;
+}
+
+double SampleSchedule::squared_noise() const {
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < errors_.size(); ++i) {
+        if (!counted_.empty() && counted_[i] == 0) continue;
+        count += 1;
+        sum += std::max(errors_[i], 0.0);
+    }
+    return count > 0 && mean_ > 0 ? sum / count / (mean_ * mean_) : 0;
 }
 
 }  // namespace irradia

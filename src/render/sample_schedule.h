@@ -1,5 +1,5 @@
 // Which pixels take more samples. All take the same number at first; then a pixel goes on, in passes that double its
-// samples, until its error is estimated below what is allowed or it has all of them.
+// samples, until its error is estimated below what is allowed or it has all of them. Less may be allowed later on.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -22,16 +22,31 @@ public:
     /// After a pass, whose samples are in `film`: chooses the next one.
     void advance(const Film& film);
 
+    /// From now on pixels take up to `spp` samples, to an error of `pixel_error` (> 0), both as above: chooses the next
+    /// pass. Samples that are in `film` stay.
+    void allow(const Film& film, std::uint32_t spp, double pixel_error);
+    /// Pixels where `counted` is 0 take no more than `spp` samples, whatever their error is.
+    void spare(std::vector<std::uint8_t> counted, std::uint32_t spp);
+
+    /// Mean over pixels, those not spared, of the squared standard errors, relative to the squared mean of the picture.
+    /// 0 as long as no pixel has taken two passes.
+    [[nodiscard]] double squared_noise() const;
+
 private:
     /// Of the present pass's pixels, from their luminances now and a pass ago.
     [[nodiscard]] std::vector<double> squared_errors(const std::vector<double>& now);
+    [[nodiscard]] bool wants_more(std::uint32_t pixel) const;
+    void choose(const Film& film);
 
     int width_, height_;
-    std::uint32_t spp_, first_ = 0, end_;
-    double pixel_error_, allowed_ = 0;  // allowed_: squared error of a pixel, once the picture's mean is known
+    std::uint32_t spp_, first_ = 0, end_ = 0, spared_spp_ = 0;
+    double pixel_error_, mean_ = 0;  // mean_: luminance of the picture, once known
     std::vector<std::uint32_t> pixels_;
-    std::vector<double> before_;  // luminance of each of pixels_ a pass ago
-    std::vector<double> map_;     // of the picture: squared errors of pixels_, else negative
+    std::vector<double> before_;         // luminance of each of pixels_ a pass ago
+    std::vector<double> map_;            // of the picture: squared errors of pixels_, else negative
+    std::vector<std::uint32_t> taken_;   // samples of each pixel
+    std::vector<double> errors_;         // squared error of each pixel's luminance; negative: not known yet
+    std::vector<std::uint8_t> counted_;  // empty: all
 };
 
 }  // namespace irradia

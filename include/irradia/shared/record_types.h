@@ -23,7 +23,8 @@ typedef struct ShadingPoint {
     uint pixel;                    // y * width + x
     float step_x, step_y, step_z;  // from p to where its hemisphere's rays start, before the offset
     float largest;                 // support that the record made here may have at most, world units; 0: no limit
-    float pad0, pad1, pad2;
+    float least;                   // support that `largest` and near surfaces leave it; 0: by --min-spacing
+    float pad0, pad1;
 } ShadingPoint;                    // 80 bytes
 
 // A record, in two parts: what every look-up reads of every candidate, and what only accepted ones need.
@@ -68,7 +69,10 @@ typedef struct CacheParameters {
     float coordinate;                    // largest |coordinate| of the scene, for the test's rounding allowance
     float minimum_weight;                // a point is covered if the weights sum to more than this
     float stretch;  // distances and angles count times this: > 1 asks for nearer records than the picture will use
-    float pad0, pad1, pad2;
+    // Narrow places (find_misses), in footprints: least support of a record there, and how far along the normal to look for
+    // another surface. 0: they are not looked for.
+    float gap_least, gap_reach;
+    float pad0;
 } CacheParameters;  // 48 bytes
 
 // What sample_hemispheres needs to make a record of its sums; by value.

@@ -1,0 +1,183 @@
+#include "render/target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "render/lamps.h"
+#include "render/quality.h"
+
+namespace irradia {
+namespace {
+
+constexpr double levels_a_halving = 1.1;  // of the error, about: apply_level()
+constexpr double error_of_draft = 0.04;   // where the first step begins; the next ones follow what is found
+constexpr double aim = 0.75;              // part of the error asked for that the picture
+                                          // should have, for its interval to end below it
+constexpr std::uint32_t lamp_spp = 256;   // of pixels that do not count
+constexpr double first_goal = 0.05;
+constexpr std::uint32_t first_spp = 16;  // of methods that only take samples
+constexpr std::uint32_t most_spp = 1u << 24;
+constexpr double probe_share = 0.15;  // of the time so far: what one look at the error may take
+
+/// What a step has to do, from the squared errors found.
+struct Need {
+    double levels = 0;       // of the cache
+    double pixel_error = 1;  // factor
+};
+
+class Target {
+public:
+    Target(Run& run, RenderSettings& settings, Film& film, std::unique_ptr<CachingRenderer>& caching)
+        : run_(run),
+          settings_(settings),
+          film_(film),
+          caching_(caching),
+          caches_(settings.method == Method::irradiance || settings.method == Method::radiance),
+          target_(static_cast<double>(settings.target_error)),
+          goal_(target_ > 0 ? target_ : first_goal) {}
+
+    std::vector<std::uint32_t> render(ErrorReport& report) {
+        const double limit = settings_.time_limit > 0 ? static_cast<double>(settings_.time_limit)
+                                                      : std::numeric_limits<double>::infinity();
+        first_step();
+        probes_ = std::make_unique<ErrorProbes>(run_, film_);
+        std::optional<Film> kept;  // the last one whose error is known
+        run_.stop_after(limit);
+        try {
+            for (;;) {
+                const ErrorReport found = look();
+                report = found;
+                run_.phase("probes");
+                ++steps_;
+                kept.reset();
+                if (target_ > 0 ? found.rel_rmse.high <= target_ : run_.elapsed() > limit) break;
+                if (limit < std::numeric_limits<double>::infinity()) kept = film_;
+                if (target_ <= 0) goal_ = std::clamp(0.6 * found.rel_rmse.value, 1e-4, goal_);
+                if (!next_step()) break;
+            }
+        } catch (const Run::TimeIsUp&) {
+            if (kept) film_ = *kept;
+            if (steps_ == 0) report = probes_->waves() > 0 ? probes_->report(film_) : ErrorReport{};
+            report.time_is_up = true;
+        }
+        run_.stop_after(std::numeric_limits<double>::infinity());
+        report.target = target_;
+        report.steps = steps_;
+        report.reached = target_ > 0 && report.rel_rmse.high <= target_ && report.probes > 0;
+        return pixels_;
+    }
+
+private:
+    void first_step() {
+        if (!caches_) {
+            run_.set_spp(first_spp);
+            add_samples(0);
+            return;
+        }
+        level_ = std::clamp(levels_a_halving * std::log2(error_of_draft / (aim * goal_)), 0.0, highest_level);
+        apply();
+        // Not before now: what it sets up depends on the settings.
+        caching_ = std::make_unique<CachingRenderer>(run_);
+        caching_->spare(pixels_without_lamps(run_), lamp_spp);
+        append(caching_->render(film_));
+    }
+
+    void apply() {
+        apply_level(settings_, level_);
+        // Pixels end with less noise than they may: with .9 of the goal about an
+        // eighth of the squared error.
+        const double pixel_error = 0.9 * goal_ * pixel_factor_;
+        settings_.pixel_error = static_cast<float>(pixel_error);
+        run_.set_spp(
+            static_cast<std::uint32_t>(std::clamp(2.25 / (pixel_error * pixel_error), 64.0, double{most_spp})));
+    }
+
+    void append(const std::vector<std::uint32_t>& pixels) {
+        pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
+    }
+
+    void add_samples(std::uint32_t first) {
+        if (settings_.method == Method::path)
+            render_path(run_, film_, first);
+        else
+            render_gather(run_, film_, first);
+    }
+
+    // The error, by as many probes as it takes to tell whether it is below the
+    // goal, or that it is not worth it.
+    ErrorReport look() {
+        const double error = aim * goal_, allowed = goal_ * goal_;
+        if (probes_->waves() == 0) spend(*probes_, film_, probe_share * run_.elapsed(), error);
+        for (;;) {
+            const ErrorReport report = probes_->report(film_);
+            const auto [square, deviation] = probes_->squared_error(film_);
+            if (report.rel_rmse.high <= goal_ || report.rel_rmse.low > goal_) return report;
+            // The deviation falls as the root of the probes' time. Where a better
+            // picture costs less than knowing that this one is good enough, there is
+            // no use in more probes.
+            const double room = allowed - square, times = 2 * deviation / std::max(room, 1e-3 * allowed);
+            const double seconds = (times * times - 1) * probes_->seconds();
+            const bool good = square < 0.8 * allowed;
+            if (good ? seconds > 0.5 * run_.elapsed() : square - deviation > 0.5 * allowed) return report;
+            spend(*probes_, film_, std::clamp(seconds, 0.03 * run_.elapsed(), probe_share * run_.elapsed()), error);
+        }
+    }
+
+    [[nodiscard]] Need need() const {
+        const double allowed = goal_ * goal_;
+        const std::array<double, 2> square = probes_->squared_error(film_);
+        const double error = std::max(square[0], 0.0);
+        const double noise = std::min(caching_->squared_noise(), error), rest = error - noise;
+        Need need;
+        if (noise > 0.2 * allowed) need.pixel_error = std::clamp(std::sqrt(0.15 * allowed / noise), 0.25, 0.8);
+        if (rest > 0.45 * allowed)
+            need.levels = std::clamp(levels_a_halving * std::log2(std::sqrt(rest / (0.35 * allowed))), 0.35, 1.0);
+        if (need.levels == 0 && need.pixel_error == 1) need = {0.35, 0.8};  // little is missing
+        return need;
+    }
+
+    // false: there is nothing more to do.
+    bool next_step() {
+        if (!caches_) {
+            const std::array<double, 2> square = probes_->squared_error(film_);
+            const double wanted = run_.spp() * std::max(square[0], 0.25 * goal_ * goal_) / (aim * goal_ * aim * goal_);
+            const std::uint32_t first = run_.spp();
+            if (first >= most_spp) return false;
+            run_.set_spp(
+                static_cast<std::uint32_t>(std::min<double>(std::clamp(wanted, 1.3 * first, 8.0 * first), most_spp)));
+            add_samples(first);
+            return true;
+        }
+        const Need need = this->need();
+        if (level_ >= highest_level && need.pixel_error == 1) return false;
+        const float before = settings_.accuracy;
+        pixel_factor_ *= need.pixel_error;
+        level_ = std::min(level_ + need.levels, highest_level);
+        apply();
+        append(need.levels > 0 ? caching_->refine(film_, settings_.accuracy / before) : caching_->sample_more(film_));
+        return true;
+    }
+
+    Run& run_;
+    RenderSettings& settings_;
+    Film& film_;
+    std::unique_ptr<CachingRenderer>& caching_;
+    std::unique_ptr<ErrorProbes> probes_;
+    std::vector<std::uint32_t> pixels_;
+    bool caches_;
+    double target_, goal_;  // goal_: where no target is asked for, a better
+                            // picture than the last one
+    double level_ = 0, pixel_factor_ = 1;
+    int steps_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> render_to_target(Run& run, RenderSettings& settings, Film& film,
+                                            std::unique_ptr<CachingRenderer>& caching, ErrorReport& report) {
+    return Target(run, settings, film, caching).render(report);
+}
+
+}  // namespace irradia
