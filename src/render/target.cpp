@@ -13,8 +13,8 @@ namespace {
 
 constexpr double levels_a_halving = 1.1;  // of the error, about: apply_level()
 constexpr double error_of_draft = 0.04;   // where the first step begins; the next ones follow what is found
-constexpr double aim = 0.75;              // part of the error asked for that the picture
-                                          // should have, for its interval to end below it
+constexpr double aim = 0.75;              // part of the error asked for that the picture should have, for its
+                                          // interval to end below it
 constexpr std::uint32_t lamp_spp = 256;   // of pixels that do not count
 constexpr double first_goal = 0.05;
 constexpr std::uint32_t first_spp = 16;  // of methods that only take samples
@@ -55,7 +55,7 @@ public:
                 if (target_ > 0 ? found.rel_rmse.high <= target_ : run_.elapsed() > limit) break;
                 if (limit < std::numeric_limits<double>::infinity()) kept = film_;
                 if (target_ <= 0) goal_ = std::clamp(0.6 * found.rel_rmse.value, 1e-4, goal_);
-                if (!next_step()) break;
+                if (!next_step(found)) break;
             }
         } catch (const Run::TimeIsUp&) {
             if (kept) film_ = *kept;
@@ -86,8 +86,7 @@ private:
 
     void apply() {
         apply_level(settings_, level_);
-        // Pixels end with less noise than they may: with .9 of the goal about an
-        // eighth of the squared error.
+        // Pixels end with less noise than they may: with .9 of the goal about an eighth of the squared error.
         const double pixel_error = 0.9 * goal_ * pixel_factor_;
         settings_.pixel_error = static_cast<float>(pixel_error);
         run_.set_spp(
@@ -105,8 +104,7 @@ private:
             render_gather(run_, film_, first);
     }
 
-    // The error, by as many probes as it takes to tell whether it is below the
-    // goal, or that it is not worth it.
+    // The error, by as many probes as it takes to tell whether it is below the goal, or that it is not worth it.
     ErrorReport look() {
         const double error = aim * goal_, allowed = goal_ * goal_;
         if (probes_->waves() == 0) spend(*probes_, film_, probe_share * run_.elapsed(), error);
@@ -114,9 +112,8 @@ private:
             const ErrorReport report = probes_->report(film_);
             const auto [square, deviation] = probes_->squared_error(film_);
             if (report.rel_rmse.high <= goal_ || report.rel_rmse.low > goal_) return report;
-            // The deviation falls as the root of the probes' time. Where a better
-            // picture costs less than knowing that this one is good enough, there is
-            // no use in more probes.
+            // The deviation falls as the root of the probes' time. Where a better picture costs less than knowing that
+            // this one is good enough, there is no use in more probes.
             const double room = allowed - square, times = 2 * deviation / std::max(room, 1e-3 * allowed);
             const double seconds = (times * times - 1) * probes_->seconds();
             const bool good = square < 0.8 * allowed;
@@ -125,11 +122,13 @@ private:
         }
     }
 
-    [[nodiscard]] Need need() const {
-        const double allowed = goal_ * goal_;
-        const std::array<double, 2> square = probes_->squared_error(film_);
-        const double error = std::max(square[0], 0.0);
-        const double noise = std::min(caching_->squared_noise(), error), rest = error - noise;
+    [[nodiscard]] Need need(const ErrorReport& found) const {
+        const double allowed = goal_ * goal_, error = found.rel_rmse.value * found.rel_rmse.value;
+        // Direct light has no other error than noise, and more of it than its own samples show where they missed a
+        // light.
+        const double noise =
+            std::min(std::max(caching_->squared_noise(), found.direct_rel_rmse * found.direct_rel_rmse), error);
+        const double rest = error - noise;
         Need need;
         if (noise > 0.2 * allowed) need.pixel_error = std::clamp(std::sqrt(0.15 * allowed / noise), 0.25, 0.8);
         if (rest > 0.45 * allowed)
@@ -139,10 +138,10 @@ private:
     }
 
     // false: there is nothing more to do.
-    bool next_step() {
+    bool next_step(const ErrorReport& found) {
         if (!caches_) {
-            const std::array<double, 2> square = probes_->squared_error(film_);
-            const double wanted = run_.spp() * std::max(square[0], 0.25 * goal_ * goal_) / (aim * goal_ * aim * goal_);
+            const double error = found.rel_rmse.value * found.rel_rmse.value;
+            const double wanted = run_.spp() * std::max(error, 0.25 * goal_ * goal_) / (aim * goal_ * aim * goal_);
             const std::uint32_t first = run_.spp();
             if (first >= most_spp) return false;
             run_.set_spp(
@@ -150,7 +149,7 @@ private:
             add_samples(first);
             return true;
         }
-        const Need need = this->need();
+        const Need need = this->need(found);
         if (level_ >= highest_level && need.pixel_error == 1) return false;
         const float before = settings_.accuracy;
         pixel_factor_ *= need.pixel_error;
@@ -167,8 +166,7 @@ private:
     std::unique_ptr<ErrorProbes> probes_;
     std::vector<std::uint32_t> pixels_;
     bool caches_;
-    double target_, goal_;  // goal_: where no target is asked for, a better
-                            // picture than the last one
+    double target_, goal_;  // goal_: where no target is asked for, a better picture than the last one
     double level_ = 0, pixel_factor_ = 1;
     int steps_ = 0;
 };
