@@ -55,6 +55,7 @@ inline Difference difference(const Image& a, const Image& b, double scale = 1) {
         d.differing += std::abs(p - q) > 1e-3 * std::abs(q);
         d.bytes += p != q;
     }
+    if (!(mean > 0)) throw std::logic_error("a black picture to compare with");
     const double n = static_cast<double>(x.size());
     d.bias = std::abs(sum) / mean;
     d.rmse = std::sqrt(square / n) / (mean / n);
