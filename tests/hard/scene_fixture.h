@@ -106,8 +106,9 @@ inline Scene cornell(int size, double scale = 1, const std::array<double, 3>& of
 /// `lookat` and the rest of a camera of width x height pixels with a box filter.
 inline std::string camera(int width, int height, const std::string& origin, const std::string& target, double fov,
                           const std::string& rest = "") {
-    return R"(<sensor type="perspective"><float name="fov" value=")" + text(fov) + R"("/>)" + rest +
-           R"(<transform name="to_world"><lookat origin=")" + origin + R"(" target=")" + target +
+    return R"(<sensor type="perspective"><float name="fov" value=")" + text(fov) +
+           R"("/><string name="fov_axis" value="larger"/>)" + rest + R"(<transform name="to_world"><lookat origin=")" +
+           origin + R"(" target=")" + target +
            R"(" up="0, 1, 0"/></transform><film type="hdrfilm"><integer name="width" value=")" + std::to_string(width) +
            R"("/><integer name="height" value=")" + std::to_string(height) +
            R"("/><rfilter type="box"/></film></sensor>)";
