@@ -159,5 +159,61 @@ TEST(SelfIntersection, HitsLieWithinTheOffset) {
               s.all.depth, 0.5);
 }
 
+// A ground of 100 to 10000 times what is looked at, tilted in any way. The rounding of a hit on it is that of its own
+// coordinates, not that of the point's.
+TEST(SelfIntersection, OnALargeGround) {
+    std::mt19937 random(11);
+    std::normal_distribution<double> g;
+    std::uniform_real_distribution<float> u(0, 1);
+    std::size_t self = 0, naive = 0, rays_traced = 0;
+    double depth = 0;
+    for (const std::string traversal : {"cpu", "gpu"})
+        for (const double size : {1e2, 1e3, 1e4})
+            for (int tilt = 0; tilt < 4; ++tilt) {
+                const real3 n = tilt == 0 ? real3{0, 1, 0} : normalize(real3{g(random), g(random), g(random)});
+                const host::Frame frame = host::make_frame(n);
+                Scene scene;
+                const auto corner = [&](double x, double y) {
+                    const real3 p = (x * size) * frame.t + (y * size) * frame.b;
+                    return shapes::Point{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+                };
+                shapes::add_triangle(scene, corner(-1, -0.9), corner(1.1, -1), corner(1, 1));
+                shapes::add_triangle(scene, corner(-1, -0.9), corner(1, 1), corner(-0.8, 1));
+                place_scene(scene, 1, 0);
+                build_accel(scene);
+                std::vector<float> rays;
+                for (std::size_t i = 0; i < kRays; ++i) {
+                    const auto near = [&] { return 2 * static_cast<double>(u(random)) - 1; };
+                    const real3 from = 3 * near() * frame.t + 3 * near() * frame.b + n,
+                                d = normalize(3 * near() * frame.t + 3 * near() * frame.b - from);
+                    for (const double x : {from.x, from.y, from.z, d.x, d.y, d.z})
+                        rays.push_back(static_cast<float>(x));
+                    rays.push_back(u(random)), rays.push_back(u(random));
+                }
+                const DoubleScene exact(scene, 1, 0);
+                const Outcome o = leave(scene, rays, 0, traversal);
+                for (const Start& s : o.starts) {
+                    ASSERT_GE(s.primitive, 0);
+                    const real3 up{static_cast<double>(s.n[0]), static_cast<double>(s.n[1]),
+                                   static_cast<double>(s.n[2])};
+                    const real3 p{static_cast<double>(s.p[0]), static_cast<double>(s.p[1]),
+                                  static_cast<double>(s.p[2])};
+                    depth = std::max(depth, std::abs(exact.distance(static_cast<int>(s.primitive), p, up)) /
+                                                static_cast<double>(s.error));
+                    self += s.next_primitive >= 0;
+                }
+                for (shared::Triangle& t : scene.triangles) t.reach = 0;
+                for (const Start& s : leave(scene, rays, 0, traversal).starts) naive += s.next_primitive >= 0;
+                rays_traced += kRays;
+            }
+    EXPECT_EQ(self, 0u);
+    EXPECT_LT(depth, 1);
+    hard_case("ground of 100 to 10000 times what is looked at, tilted in any way, both traversals (" +
+                  std::to_string(rays_traced) + " rays; hits within " + figure(depth) + " offsets of it)",
+              "closed form: a plane is not met again", "self-hits", static_cast<double>(self), 0,
+              "offset by the point's coordinates alone: " +
+                  figure(100 * static_cast<double>(naive) / static_cast<double>(rays_traced)) + " %");
+}
+
 }  // namespace
 }  // namespace irradia::test
