@@ -104,6 +104,7 @@ TEST_P(Mesh, NeedlesAndTrianglesWithoutArea) {
         xs.push_back(-1 + 2.0 * i / strips);
     }
     std::size_t flat = 0;
+    std::vector<bool> wide;  // by triangle: a strip between needles
     for (std::size_t i = 0; i < xs.size(); ++i) {
         const std::uint32_t low = at(xs[i], -1), high = at(xs[i], 1);
         const std::uint32_t middle = at(xs[i], 0.1);
@@ -111,9 +112,11 @@ TEST_P(Mesh, NeedlesAndTrianglesWithoutArea) {
         shapes::add_triangle(scene, low, low, high);     // two corners in one place
         shapes::add_triangle(scene, middle, middle, middle);
         flat += 3;
+        wide.insert(wide.end(), 3, false);
         if (i == 0) continue;
         shapes::add_triangle(scene, low - 3, low, high);
         shapes::add_triangle(scene, low - 3, high, high - 3);
+        wide.insert(wide.end(), 2, i % 2 == 1);
     }
     place_scene(scene, 1, 0);
     build_accel(scene);
@@ -132,27 +135,32 @@ TEST_P(Mesh, NeedlesAndTrianglesWithoutArea) {
         }
     }
     const Leaks l = leaks(scene, rays, cpu());
-    EXPECT_EQ(l.single + l.tiles + l.shadows, 0u);
+    const std::size_t missed = l.single + l.tiles + l.shadows;
+    EXPECT_EQ(missed, 0u);
     double worst = 0;
+    std::size_t at_needles = 0;
     for (const std::vector<DeviceHit>& hits : {traversal.closest(rays), traversal.tiles(rays, 16)})
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (hits[i].primitive == IR_NO_PRIMITIVE) continue;
+            ASSERT_TRUE(std::isfinite(hits[i].t) && std::isfinite(hits[i].u) && std::isfinite(hits[i].v)) << i;
+            if (!wide[hits[i].primitive]) {
+                ++at_needles;
+                continue;
+            }
             const Ray& r = rays[i];
             const real3 o{static_cast<double>(r.ox), static_cast<double>(r.oy), static_cast<double>(r.oz)},
                 d{static_cast<double>(r.dx), static_cast<double>(r.dy), static_cast<double>(r.dz)};
-            ASSERT_TRUE(std::isfinite(hits[i].t) && std::isfinite(hits[i].u) && std::isfinite(hits[i].v)) << i;
             const double t = -dot(n, o) / dot(n, d);
             worst = std::max(worst, std::abs(static_cast<double>(hits[i].t) - t) / t);
         }
-    // Corners are within 2^-24 of the plane each, hits within 4e-6 (test_traversal), at cosines of 1/2 at least: t
-    // is 1.
-    const double bound = 8e-6;
-    EXPECT_LE(worst, bound);
+    EXPECT_GT(at_needles, rays.size() / 4);
+    // Corners are within 2^-24 of the plane each, hits on well-shaped triangles within 4e-6 (test_traversal) of t = 1,
+    // and cosines 1/2 at least. Hits on needles are known along them to 2^-24 of their slenderness only.
+    EXPECT_LE(worst, 8e-6);
     hard_case("plane of needles 1 : 1e6 and " + std::to_string(flat) + " triangles without area, " + name() + " (" +
-                  std::to_string(l.rays) + " rays, " + std::to_string(l.single + l.tiles + l.shadows) +
-                  " missed; Embree, robust: " + std::to_string(l.embree) + ")",
-              "double on the host: the plane", "relative error of t", worst, bound,
-              "division by the determinant of a triangle without area: 0/0 = NaN");
+                  std::to_string(l.rays) + " rays; t on the strips between is good to " + figure(worst) + ")",
+              "closed mesh: none (Embree, robust: " + std::to_string(l.embree) + ")", "rays that pass through",
+              static_cast<double>(missed), 0, "division by the determinant of a triangle without area: 0/0 = NaN");
 }
 
 INSTANTIATE_TEST_SUITE_P(Headers, Mesh, ::testing::Bool(),
