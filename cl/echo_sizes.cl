@@ -19,6 +19,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(Triangle, flags);
     sizes[n++] = IR_OFFSET(Triangle, material);
     sizes[n++] = IR_OFFSET(Triangle, light);
+    sizes[n++] = IR_OFFSET(Triangle, reach);
     sizes[n++] = (uint)sizeof(Analytic);
     sizes[n++] = IR_OFFSET(Analytic, kind);
     sizes[n++] = IR_OFFSET(Analytic, light);

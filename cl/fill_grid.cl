@@ -41,7 +41,7 @@ IR_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* vertic
         const float c = dot(b.sample.direction, f.ns);
         if (is_diffuse(&f) && b.sample.density > 0.0f && c > 0.0f) v->cosine = c / b.sample.density;
         if (k >= 2u) {  // roulette by what the vertex reflects
-            const float survive = min(max(largest_channel(v->weight) * b.sample.eta * b.sample.eta, 0.05f), 0.95f);
+            const float survive = clamp(largest_channel(v->weight) * b.sample.eta * b.sample.eta, 0.05f, IR_ROULETTE_MOST);
             if (rng_real(rng) >= survive) {
                 v->weight = black();
                 v->cosine = min(v->cosine, 0.0f);

@@ -53,6 +53,7 @@ IR_FN real3 interpolate_normal(const SceneData* s, const Triangle* tri, const Hi
 // What a hit tells about the surface before its material does.
 typedef struct HitGeometry {
     uint material;
+    float reach;  // largest |coordinate| of the primitive, about
     float u, v;
     Tangents tangents;
 } HitGeometry;
@@ -64,6 +65,7 @@ IR_FN HitGeometry triangle_geometry(const SceneData* s, const Hit* hit, Surface*
     f->ns = f->ng;
     f->light = tri.light;
     g.material = tri.material;
+    g.reach = tri.reach;
     g.u = hit->u;
     g.v = hit->v;
 #if IR_FEATURES & IR_FEATURE_SMOOTH_NORMALS
@@ -83,6 +85,7 @@ IR_FN HitGeometry analytic_geometry(const SceneData* s, const Hit* hit, Surface*
     const Analytic q = s->analytics[hit->primitive - s->info->triangle_count];
     f->light = q.light;
     g.material = q.material;
+    g.reach = max(max(fabs(q.px), fabs(q.py)), fabs(q.pz)) + q.radius + q.length;
     g.u = g.v = 0.0f;
     if (q.kind == IR_ANALYTIC_SPHERE) {
         const real3 centre = make_real3(q.px, q.py, q.pz);
@@ -240,9 +243,10 @@ IR_CALL_FN Surface surface_at(const SceneData* s, real3 origin, real3 direction,
     read_material(s, &m, index, &g, hit, front, &f);
     if (dark) make_black(&f);
     if (dot(f.ng, f.ns) < 0.0f) f.ng = -f.ng;
-    // Rounding of origin + t direction: a few ulp of the largest coordinate and of t.
+    // Rounding of origin + t direction: a few ulp of the largest coordinate and of t. That of t itself: a few ulp of the
+    // primitive's own coordinates, which on a large ground are far larger than those of the point.
     const float largest = max(max(fabs(f.p.x), fabs(f.p.y)), fabs(f.p.z));
-    f.error = 4e-6f * max(largest, hit->t);
+    f.error = max(4e-6f * max(largest, hit->t), 2e-6f * g.reach);
     return f;
 }
 

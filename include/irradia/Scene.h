@@ -52,7 +52,7 @@ inline shared::Material blank_material() {
     return m;
 }
 
-/// Sets info.{triangle,analytic,light}_count, environment_light and features from the arrays.
+/// Sets the triangles' reach, and info.{triangle,analytic,light}_count, environment_light and features from the arrays.
 void finish_scene(Scene& scene);
 
 }  // namespace irradia

@@ -21,7 +21,7 @@ void check_geometry(const std::string& where, const Scene& scene) {
     for (std::size_t i = 0; i < scene.triangles.size(); ++i) {
         const shared::Triangle& t = scene.triangles[i];
         const Place p{where, "triangle", i};
-        p.finite(t.nx, t.ny, t.nz);
+        p.finite(t.nx, t.ny, t.nz, t.reach);
         p.require((t.flags & ~(IR_TRIANGLE_FLAT | IR_TRIANGLE_HAS_UV)) == 0, "unknown flags");
         for (const std::uint32_t v : {t.v0, t.v1, t.v2}) p.below(v, scene.vertices.size(), "vertex");
         p.below(t.material, scene.materials.size(), "material");

@@ -1,4 +1,4 @@
-// The format, version 2. All numbers in the byte order of the machine that wrote the file; the mark tells which.
+// The format, version 3. All numbers in the byte order of the machine that wrote the file; the mark tells which.
 //
 //   offset  bytes  header
 //        0      8  magic: 0x89 "IRSCN" CR LF
@@ -45,7 +45,7 @@ namespace {
 
 constexpr char kMagic[8] = {'\x89', 'I', 'R', 'S', 'C', 'N', '\r', '\n'};
 constexpr std::uint32_t kByteOrder = 0x01020304u, kOtherByteOrder = 0x04030201u;
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::uint64_t kAlignment = 64;
 
 struct Header {

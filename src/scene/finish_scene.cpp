@@ -1,10 +1,18 @@
 #include <algorithm>
+#include <cmath>
 
 #include "irradia/Scene.h"
 
 namespace irradia {
 
 void finish_scene(Scene& scene) {
+    for (shared::Triangle& t : scene.triangles) {
+        t.reach = 0;
+        for (const std::uint32_t corner : {t.v0, t.v1, t.v2}) {
+            const shared::Vertex& v = scene.vertices[corner];
+            t.reach = std::max({t.reach, std::abs(v.px), std::abs(v.py), std::abs(v.pz)});
+        }
+    }
     auto& info = scene.info;
     info.triangle_count = static_cast<std::uint32_t>(scene.triangles.size());
     info.analytic_count = static_cast<std::uint32_t>(scene.analytics.size());

@@ -34,6 +34,7 @@ const std::vector<Expected> kExpected = {
     OFFSET(Triangle, flags),
     OFFSET(Triangle, material),
     OFFSET(Triangle, light),
+    OFFSET(Triangle, reach),
     SIZE(Analytic),
     OFFSET(Analytic, kind),
     OFFSET(Analytic, light),

@@ -30,7 +30,8 @@ typedef struct Triangle {
     uint v0, v1, v2;   // vertex indices
     uint material;     // material index
     int light;         // index of the area light this triangle belongs to, or IR_NO_LIGHT
-    uint pad0, pad1, pad2;
+    float reach;        // largest |coordinate| of its vertices: the rounding of hits grows with it
+    uint pad0, pad1;
 } Triangle;  // 48 bytes
 
 #define IR_ANALYTIC_SPHERE 0u
