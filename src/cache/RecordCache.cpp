@@ -7,7 +7,8 @@ namespace irradia {
 namespace {
 constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 32768;
 constexpr std::size_t node_bytes = 9 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
-constexpr std::size_t items = 64;  // work-group size of the insertion kernels
+constexpr std::size_t items = 64;               // work-group size of the insertion kernels
+constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
 
 std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }
 }  // namespace
@@ -98,6 +99,14 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
             .arg(n)
             .run(groups_of(count), items);
     }
+    // A record finds its place in a list by walking past those of its launch that came first, and past all that follow
+    // it when it is entered again: in launches of a bounded number a million records of one cell take linear time.
+    for (std::uint32_t done = 0; done < n; done += launch_records)
+        enter(first + done, std::min(launch_records, n - done));
+    size_ += count;
+}
+
+void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
@@ -108,7 +117,7 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
             .arg(static_cast<std::uint32_t>(node_capacity_))
             .arg(static_cast<std::uint32_t>(entry_capacity_))
             .arg(first)
-            .arg(n)
+            .arg(count)
             .run(groups_of(count), items);
         shared::OctreeState state{};
         device_.read(state_, &state, sizeof state);
@@ -116,7 +125,7 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
         octree_.entries = std::min<std::uint64_t>(state.entry_count, entry_capacity_);
         octree_.depth = state.depth;
         if (state.overflow == 0) break;
-        // What did fit stays; entering a record twice is harmless, so the whole batch is simply run again.
+        // What did fit stays; entering a record twice is harmless, so the whole launch is simply run again.
         const bool more_nodes = state.node_count > node_capacity_, more_entries = state.entry_count > entry_capacity_;
         state.node_count = static_cast<std::uint32_t>(octree_.nodes);
         state.entry_count = static_cast<std::uint32_t>(octree_.entries);
@@ -125,7 +134,6 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
                     more_entries ? 2 * entry_capacity_ : entry_capacity_);
         device_.write(state_, &state, sizeof state);
     }
-    size_ += count;
 }
 
 shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {

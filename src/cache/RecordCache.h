@@ -60,6 +60,7 @@ public:
 
 private:
     void grow_records(std::size_t capacity);
+    void enter(std::uint32_t first, std::uint32_t count);
     void grow_octree(std::size_t nodes, std::size_t entries);
 
     Device& device_;
