@@ -25,7 +25,8 @@ RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device
     parameters_.origin_x = 0.5f * (settings.lower[0] + settings.upper[0]) - 0.5f * parameters_.size;
     parameters_.origin_y = 0.5f * (settings.lower[1] + settings.upper[1]) - 0.5f * parameters_.size;
     parameters_.origin_z = 0.5f * (settings.lower[2] + settings.upper[2]) - 0.5f * parameters_.size;
-    parameters_.inverse_angle = settings.inverse_angle;
+    // Under a > 1 (1.8) would take records that face away, of a wall's other side for one.
+    parameters_.inverse_angle = std::max(settings.inverse_angle, 1.0f);
     parameters_.in_front = settings.in_front_slope;
     parameters_.coordinate = coordinate;
     parameters_.stretch = 1;
