@@ -203,6 +203,52 @@ inline Rounded irradiance_in_double(const CachedRecord& r, const LookupPoint& q,
             turned.error + moved.error + 4 * kEps * (e + std::abs(turned.value) + std::abs(moved.value))};
 }
 
+/// How far the device's sums over records lie from those of a search over all records in double.
+struct Agreement {
+    double worst = 0;  ///< |error| of sum w and sum w E in units of what is allowed, terms' errors and sums' roundings
+    double relative = 0;  ///< |error| of E relative to it
+    std::size_t answers = 0, undecided = 0;
+};
+inline Agreement compare_with_search(RecordSet& set, const std::vector<CachedRecord>& records, std::uint32_t rule,
+                                     const std::vector<LookupPoint>& points) {
+    Agreement all;
+    const std::vector<Sums> sums = set.look_up(points);
+    const shared::CacheParameters parameters = set.parameters();
+    for (std::size_t q = 0; q < points.size(); ++q) {
+        EXPECT_TRUE(sums[q].is_sane()) << "point " << q;
+        Rounded weight, weighted;
+        std::size_t count = 0;
+        bool undecided = false;
+        for (const CachedRecord& r : records) {
+            const RecordWeight w = weight_in_double(parameters, rule, r.key, points[q]);
+            if (!w.may_count()) continue;
+            const Rounded e = irradiance_in_double(r, points[q], 0);
+            ++count;
+            undecided = undecided || w.undecided;
+            weight.value += w.value;
+            weight.error += w.error;
+            weighted.value += w.value * e.value;
+            weighted.error += w.error * e.value + w.value * e.error;
+        }
+        all.undecided += undecided;
+        if (undecided) continue;
+        if (count == 0) {
+            EXPECT_EQ(sums[q].weight, 0) << "point " << q << ": a record counts that should not";
+            continue;
+        }
+        const double roundings = static_cast<double>(count + 2) * kEps;
+        weight.error += roundings * weight.value;
+        weighted.error += roundings * weighted.value;
+        all.worst = std::max(all.worst, std::abs(sums[q].weight - weight.value) / weight.error);
+        if (weighted.error > 0)
+            all.worst = std::max(all.worst, std::abs(sums[q].weighted.x - weighted.value) / weighted.error);
+        if (weight.value <= 2 * weight.error || weighted.value <= 2 * weighted.error) continue;
+        ++all.answers;
+        all.relative = std::max(all.relative, std::abs(sums[q].e() * weight.value / weighted.value - 1));
+    }
+    return all;
+}
+
 inline double channel_of(real3 v, std::size_t c) { return c == 0 ? v.x : c == 1 ? v.y : v.z; }
 
 /// (1.6) with (1.8) as the thesis prints them, in float32, first channel: w = 1/(|p - p_i|/R + sqrt(1 - n.n_i)) - 1/a
