@@ -154,8 +154,9 @@ inline RecordWeight weight_in_double(const shared::CacheParameters& c, std::uint
                                      const LookupPoint& q) {
     const real3 pi = position_of(k), ni = normal_of(k), dp = q.p - pi;
     const double r1 = static_cast<double>(k.support1), r2 = static_cast<double>(k.support2), aspect = r2 / r1;
-    const double d = host::elliptic_error(dp, long_axis_of(k), r1, r2);
-    const double angle = host::normal_error(q.n, ni) * static_cast<double>(c.inverse_angle);
+    const double stretch = static_cast<double>(c.stretch);
+    const double d = host::elliptic_error(dp, long_axis_of(k), r1, r2) * stretch;
+    const double angle = host::normal_error(q.n, ni) * static_cast<double>(c.inverse_angle) * stretch;
     const double d_error = kEps * (8 + 8 * aspect * aspect) * d, angle_error = kEps * 12 * angle;
     RecordWeight w;
     double x = d + angle;
