@@ -279,18 +279,29 @@ TEST(HardHemisphere, RadianceOfAnySize) {
                               distance(found.rotation, factor * want.rotation) / (factor * host::length(want.rotation)),
                               distance(found.crease, factor * want.crease) / (factor * host::length(want.crease)),
                               std::abs(found.hxx / (factor * want.hxx) - 1)});
-            Inputs in;
-            for (const double scale : {1.0, factor}) {
-                in.add(want.hxx * scale).add(want.hxy * scale).add(want.hyy * scale).add(want.E * scale);
-                in.add(5.6).add(.02).add(1e-5).add(1e-3).add(1.4).add(3);
-            }
-            const std::vector<double> ellipse = run_formula("formula_ellipse", in, 10, 6);
-            for (const std::size_t r : {4u, 5u}) worst = std::max(worst, std::abs(ellipse[6 + r] / ellipse[r] - 1));
         }
         const Record r = run_record(h);
         const auto x = static_cast<float>(r.crease.x), y = static_cast<float>(r.crease.y);
         lengths += (lengths.empty() ? "" : " and ") + figure(static_cast<double>(std::sqrt(x * x + y * y)));
     }
+    // The ellipse in scenes of other sizes too: H goes as radiance over length^2, 1e-32 to 2e28 here.
+    const Record want = run_record(one);
+    Inputs ellipses;
+    std::vector<double> lengths_of;
+    for (const int exponent : {0, 66, -66})
+        for (const int size : {0, 20, -14}) {
+            const double L = std::ldexp(1, exponent), s = std::ldexp(1, size), h = L / (s * s);
+            lengths_of.push_back(s);
+            ellipses.add(want.hxx * h).add(want.hxy * h).add(want.hyy * h).add(want.E * L);
+            ellipses.add(5.6 * s).add(.02).add(1e-5 * s * s).add(1e-3 * s).add(1.4 * s).add(3);
+        }
+    const std::vector<double> axes = run_formula("formula_ellipse", ellipses, 10, 6);
+    for (std::size_t i = 0; i < lengths_of.size(); ++i)
+        for (const std::size_t r : {4u, 5u}) {
+            const double change = std::abs(axes[6 * i + r] / (lengths_of[i] * axes[r]) - 1);
+            EXPECT_EQ(change, 0) << "ellipse " << i;
+            worst = std::max(worst, change);
+        }
     EXPECT_EQ(worst, 0);
     // make_record takes lengths of gradients: the device's `length` must not square them.
     Inputs in;
@@ -303,9 +314,10 @@ TEST(HardHemisphere, RadianceOfAnySize) {
     for (std::size_t i = 0; i < mixed.samples.size(); ++i)
         mixed.samples[i].radiance = (i % 5 == 0 ? 1e20 : 1e-20) * mixed.samples[i].radiance;
     compare_with_double(mixed, "1e20 beside 1e-20");
-    hard_case("radiance 7e19 and 1.4e-20: sums of a hemisphere, and the record's ellipse",
-              "the same at 1 (all formulas are homogeneous); 1e20 beside 1e-20: double", "relative change", worst, 0,
-              "|gradient| by its squares in float32: " + lengths);
+    hard_case(
+        "radiance 7e19 and 1.4e-20: sums of a hemisphere; the record's ellipse, also at scene scales 1e6 and 6e-5",
+        "the same at 1 (all formulas are homogeneous); 1e20 beside 1e-20: double", "relative change", worst, 0,
+        "|gradient| by its squares in float32: " + lengths);
 }
 
 // ---- strata and misses ----------------------------------------------------------------------------------------------
