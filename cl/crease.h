@@ -47,7 +47,8 @@ IR_FN CellEdge crease_edge(LaneVector da, lanes ra, LaneVector na, LaneVector db
     const lanes_mask meet = min(f0, f1) <= R(0.0) && max(f0, f1) >= R(0.0) && f0 != f1;
     const lanes met = a0 + f0 / lanes_select(R(1.0), f0 - f1, meet) * (a1 - a0);
     const lanes joint = lanes_select(lanes_select(R(0.0), met, meet), R(0.5) * (a0 + b1), one_plane);
-    const lanes_mask joined = !(miss_a || miss_b || flat_a || flat_b) && joint > R(0.0);
+    // Opposite walls meet at infinity, where rounding would decide whether they do.
+    const lanes_mask joined = !(miss_a || miss_b || flat_a || flat_b) && joint > R(1e-5) * m;
 
     // Else the nearer surface occludes the farther one (or the void): the edge lies on it.
     const lanes_mask near_a = miss_b || (!miss_a && ra < rb);

@@ -41,7 +41,7 @@ IR_FN Eigen2 eigen_symmetric(real xx, real xy, real yy) {
     e.l1 = e.l2 = e.y1 = R(0.0);
     e.x1 = R(1.0);
     const real scale = max(fabs(xy), max(fabs(xx), fabs(yy)));
-    if (!(scale > R(1e-30))) return e;  // zero, or not a number
+    if (!(scale > R(1e-36))) return e;  // zero, or not a number: 1 over it is finite
     const real inverse_scale = R(1.0) / scale;
     const real mean = R(0.5) * (xx + yy) * inverse_scale, difference = R(0.5) * (xx - yy) * inverse_scale;
     const real off = xy * inverse_scale;

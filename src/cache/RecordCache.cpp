@@ -7,7 +7,8 @@ namespace irradia {
 namespace {
 constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 32768;
 constexpr std::size_t node_bytes = 9 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
-constexpr std::size_t items = 64;  // work-group size of the insertion kernels
+constexpr std::size_t items = 64;               // work-group size of the insertion kernels
+constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
 
 std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }
 }  // namespace
@@ -24,7 +25,8 @@ RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device
     parameters_.origin_x = 0.5f * (settings.lower[0] + settings.upper[0]) - 0.5f * parameters_.size;
     parameters_.origin_y = 0.5f * (settings.lower[1] + settings.upper[1]) - 0.5f * parameters_.size;
     parameters_.origin_z = 0.5f * (settings.lower[2] + settings.upper[2]) - 0.5f * parameters_.size;
-    parameters_.inverse_angle = settings.inverse_angle;
+    // Under a > 1 (1.8) would take records that face away, of a wall's other side for one.
+    parameters_.inverse_angle = std::max(settings.inverse_angle, 1.0f);
     parameters_.in_front = settings.in_front_slope;
     parameters_.coordinate = coordinate;
     parameters_.stretch = 1;
@@ -104,8 +106,15 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
     size_ += count;
 }
 
-// Records [first, first + count) into the octree.
+// Records [first, first + count) into the octree. A record finds its place in a list by walking past those of its launch
+// that came first, and past all that follow it when it is entered again: in launches of a bounded number a million records
+// of one cell take linear time.
 void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
+    for (std::uint32_t done = 0; done < count; done += launch_records)
+        enter_launch(first + done, std::min(launch_records, count - done));
+}
+
+void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
@@ -124,7 +133,7 @@ void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
         octree_.entries = std::min<std::uint64_t>(state.entry_count, entry_capacity_);
         octree_.depth = state.depth;
         if (state.overflow == 0) break;
-        // What did fit stays; entering a record twice is harmless, so the whole batch is simply run again.
+        // What did fit stays; entering a record twice is harmless, so the whole launch is simply run again.
         const bool more_nodes = state.node_count > node_capacity_, more_entries = state.entry_count > entry_capacity_;
         state.node_count = static_cast<std::uint32_t>(octree_.nodes);
         state.entry_count = static_cast<std::uint32_t>(octree_.entries);

@@ -20,7 +20,7 @@ struct RecordStack {
 /// Where the octree lies and how look-ups weigh.
 struct CacheSettings {
     std::array<float, 3> lower{}, upper{};  ///< bounds of all surfaces, world units after centring
-    float inverse_angle = 5;                ///< e_n = inverse_angle |n - n_i| / sqrt 2
+    float inverse_angle = 5;                ///< e_n = inverse_angle |n - n_i| / sqrt 2; at least 1 is taken
     float in_front_slope = 0.05f;           ///< theory 4.3; 0 = the test is off
     float placement_stretch = 1;            ///< see CacheParameters::stretch; for coverage tests
     float minimum_weight = 0;               ///< see CacheParameters::minimum_weight
@@ -63,8 +63,9 @@ public:
     [[nodiscard]] const Octree& octree() const noexcept { return octree_; }
 
 private:
-    void enter(std::uint32_t first, std::uint32_t count);
     void grow_records(std::size_t capacity);
+    void enter(std::uint32_t first, std::uint32_t count);
+    void enter_launch(std::uint32_t first, std::uint32_t count);
     void grow_octree(std::size_t nodes, std::size_t entries);
 
     Device& device_;
