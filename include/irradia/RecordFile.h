@@ -49,10 +49,13 @@ struct RadianceRecords : Records {
     [[nodiscard]] std::size_t harmonic_floats() const noexcept { return std::size_t{IR_HARMONIC_SETS} * order * order; }
 };
 
-/// A picture whose records are all there.
+/// A picture whose records are all there: rendered again, it gets none but where a sample finds none.
 struct RecordView {
+    static constexpr std::uint32_t irradiance = 1, radiance = 2;
     shared::Camera camera{};              ///< after centring, as SceneInfo has it
     std::uint32_t width = 0, height = 0;  ///< pixels
+    std::uint32_t kinds = 0;              ///< of records: irradiance, or irradiance | radiance
+    std::uint32_t pad = 0;
 };
 
 /// All that a record file holds.
@@ -94,5 +97,8 @@ RecordOrigin record_origin(const Scene& scene, const RenderSettings& settings);
 /// What differs between the origin of a file's records and that of a render: "" if nothing that matters, otherwise a
 /// list like "other geometry; --accuracy is 0.4 there, 0.2 here". `radiance`: are radiance records to be used?
 std::string record_mismatch(const RecordOrigin& file, const RecordOrigin& render, bool radiance);
+
+/// Makes the settings of radiance records in `to` those of `from`: of a file whose radiance records a render left alone.
+void keep_radiance_settings(const RecordOrigin& from, RecordOrigin& to);
 
 }  // namespace irradia

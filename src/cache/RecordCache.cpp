@@ -98,6 +98,20 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
             .arg(n)
             .run(groups_of(count), items);
     }
+    enter(count);
+}
+
+void RecordCache::load(const std::vector<shared::RecordKey>& keys, const std::vector<shared::RecordValue>& values) {
+    if (keys.empty()) return;
+    const std::size_t first = reserve(keys.size());
+    device_.write(keys_, keys.data(), keys.size() * sizeof keys[0], first * sizeof keys[0]);
+    device_.write(values_, values.data(), values.size() * sizeof values[0], first * sizeof values[0]);
+    enter(keys.size());
+}
+
+// Records [size(), size() + count) go into the octree.
+void RecordCache::enter(std::size_t count) {
+    const auto first = static_cast<std::uint32_t>(size_), n = static_cast<std::uint32_t>(count);
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)

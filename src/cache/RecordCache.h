@@ -37,6 +37,8 @@ public:
     std::uint32_t reserve(std::size_t count);
     /// Enters records [size(), size() + count), which a kernel has written, made at points[stack[i]].
     void insert(std::size_t count, const Buffer& points, const Buffer& stack);
+    /// Enters records made elsewhere as they are: their supports have been clamped.
+    void load(const std::vector<shared::RecordKey>& keys, const std::vector<shared::RecordValue>& values);
 
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] const Buffer& keys() const noexcept { return keys_; }
@@ -61,6 +63,7 @@ public:
 private:
     void grow_records(std::size_t capacity);
     void grow_octree(std::size_t nodes, std::size_t entries);
+    void enter(std::size_t count);
 
     Device& device_;
     CacheSettings settings_;

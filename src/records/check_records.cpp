@@ -127,6 +127,9 @@ void check_records(const std::string& where, const RecordSet& set) {
         p.finite(c.ox, c.oy, c.oz, c.near_clip, c.cornerx, c.cornery, c.cornerz, c.far_clip, c.dxx, c.dxy, c.dxz);
         p.finite(c.pixel_size, c.dyx, c.dyy, c.dyz, c.aperture_radius, c.forwardx, c.forwardy, c.forwardz,
                  c.focus_distance);
+        p.require(set.views[i].kinds == RecordView::irradiance ||
+                      set.views[i].kinds == (RecordView::irradiance | RecordView::radiance),
+                  "unknown kinds of records");
         p.require(set.views[i].width > 0 && set.views[i].height > 0, "its picture has no pixels");
     }
 }

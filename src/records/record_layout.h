@@ -50,7 +50,7 @@ struct Support {
     std::uint32_t record;
     float support1, support2;
 };
-static_assert(sizeof(Support) == 12 && sizeof(RecordView) == 88);
+static_assert(sizeof(Support) == 12 && sizeof(RecordView) == 96);
 
 constexpr std::uint64_t padded(std::uint64_t bytes) { return (bytes + 7) / 8 * 8; }
 

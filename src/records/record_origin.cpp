@@ -90,4 +90,9 @@ std::string record_mismatch(const RecordOrigin& file, const RecordOrigin& render
     return out;
 }
 
+void keep_radiance_settings(const RecordOrigin& from, RecordOrigin& to) {
+    for (auto& [setting, value] : to.settings)
+        if (is_glossy(setting)) value = value_of(from, setting);
+}
+
 }  // namespace irradia

@@ -10,6 +10,7 @@
 // samples off the pixel's centre see surfaces of their own, one is made, and the pixel is shaded anew, until none is
 // missing. The host owns the stack, the octree's memory and the schedule; everything else happens in kernels.
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -20,6 +21,7 @@
 
 #include "cache/RecordCache.h"
 #include "irradia/Error.h"
+#include "irradia/RecordFile.h"
 #include "render/hemispheres.h"
 #include "render/iteration_order.h"
 #include "render/methods.h"
@@ -85,12 +87,13 @@ public:
     std::vector<std::uint32_t> render(Film& film) {
         const std::size_t known = cache_.size(), known_lobes = radiance_ ? radiance_->records().size() : 0;
         if (run_.edges_beyond_camera() >= 2) {
-            if (views_ == 0) {
-                grid_.fill();
-                run_.phase("grid");
+            grid_.announce();
+            if (cache_.size() == 0) fill_grid();
+            if (!placed_) {
+                place_records();
+                settle_disagreements();
             }
-            place_records();
-            settle_disagreements();
+            placed_ = false;
             run_.phase("records");
         }
         shade(film);
@@ -111,7 +114,45 @@ public:
         return pixels;
     }
 
+    void load(const RecordSet& set) {
+        check_records("records", set);
+        const RecordView view = this->view();
+        placed_ =
+            record_mismatch(set.origin, record_origin(run_.scene, run_.settings), radiance_.has_value()).empty() &&
+            std::any_of(set.views.begin(), set.views.end(), [&](const RecordView& known) {
+                return (known.kinds & view.kinds) == view.kinds && known.width == view.width &&
+                       known.height == view.height && std::memcmp(&known.camera, &view.camera, sizeof view.camera) == 0;
+            });
+        cache_.load(set.irradiance.keys, set.irradiance.values);
+        if (radiance_) radiance_->load(set.radiance);
+        views_ += static_cast<std::uint32_t>(set.views.size());
+        run_.phase("load records");
+    }
+
+    void store(RecordSet& set) const {
+        set.irradiance = {cache_.download_keys(), cache_.download_values()};
+        if (radiance_) set.radiance = radiance_->store();
+        set.views.push_back(view());
+        const RecordOrigin before = std::move(set.origin);
+        set.origin = record_origin(run_.scene, run_.settings);
+        if (!radiance_ && set.radiance.size() > 0) keep_radiance_settings(before, set.origin);
+    }
+
 private:
+    [[nodiscard]] RecordView view() const {
+        const shared::SceneInfo& info = run_.scene.info;
+        return {info.camera, info.width, info.height, RecordView::irradiance | (radiance_ ? RecordView::radiance : 0u),
+                0};
+    }
+
+    // Once, before the first record is made or the first path asks. Where records were loaded that may be never.
+    void fill_grid() {
+        if (grid_filled_) return;
+        grid_filled_ = true;
+        grid_.fill();
+        run_.phase("grid");
+    }
+
     // The pixels of this view at which records were made.
     static void add_pixels(const RecordCache& cache, std::size_t first, std::vector<std::uint32_t>& pixels) {
         const std::vector<shared::RecordValue> values = cache.download_values();
@@ -135,10 +176,17 @@ private:
     // Stages 2 and 3 for points[indices]. `salt`: see HemisphereSampler.
     void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
         if (stack.empty()) return;
+        fill_grid();
         const Buffer indices = run_.device.upload(stack.indices);
         const std::uint32_t first = cache_.reserve(stack.size());
         hemispheres_.sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
         cache_.insert(stack.size(), points, indices);
+    }
+
+    void make_lobe_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
+        if (stack.empty()) return;
+        fill_grid();
+        radiance_->make(points, stack, grid_, salt);
     }
 
     // The points of an array that want a record.
@@ -174,7 +222,7 @@ private:
             make_records(points, wanting(host), salt(0));
             if (radiance_) {
                 run_.device.read(lobe_points, host.data(), blocks * sizeof host[0]);
-                radiance_->make(lobe_points, wanting(host), grid_, salt(0));
+                make_lobe_records(lobe_points, wanting(host), salt(0));
             }
             ++run_.statistics.iterations;
             run_.report("records", records_share * (it + 1) / iteration_count, record_count());
@@ -208,7 +256,7 @@ private:
             Made made;
             const RecordStack stack = choose(missed, made);
             if (stack.empty()) return;
-            radiance_->make(run_.device.upload(missed.points), stack, grid_, salt(disagreement_salt + round));
+            make_lobe_records(run_.device.upload(missed.points), stack, salt(disagreement_salt + round));
             ++run_.statistics.iterations;
             run_.report("records", records_share, record_count());
         }
@@ -253,6 +301,8 @@ private:
     // Adds samples [begin, end) of `pixels` to the film; `missed` of irradiance, and of radiance.
     void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, std::uint32_t begin, std::uint32_t end,
                       bool requests, Missed& missed, Missed& missed_lobes) {
+        // On diffuse surfaces only what finds no record goes on as a path.
+        if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
         Launch& launch = this->launch(film);
         std::map<std::string, std::string> defines = grid_.defines();
         defines.insert(defines_.begin(), defines_.end());
@@ -332,7 +382,7 @@ private:
             const RecordStack stack = choose(missed, made), lobe_stack = choose(missed_lobes, made_lobes);
             if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round));
             if (!lobe_stack.empty())
-                radiance_->make(run_.device.upload(missed_lobes.points), lobe_stack, grid_, salt(round));
+                make_lobe_records(run_.device.upload(missed_lobes.points), lobe_stack, salt(round));
             if (!stack.empty() || !lobe_stack.empty()) ++run_.statistics.iterations;
             pixels = missed.pixels;
             pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
@@ -349,12 +399,16 @@ private:
     std::optional<RadianceCache> radiance_;
     std::optional<Launch> launch_;
     std::size_t pixels_, chunk_;
-    std::uint32_t views_ = 0;
+    std::uint32_t views_ = 0;  // with those of records that were loaded
+    bool grid_filled_ = false;
+    bool placed_ = false;  // the next view's records were loaded
     std::map<std::string, std::string> defines_;
 };
 
 CachingRenderer::CachingRenderer(Run& run) : caching_(std::make_unique<Caching>(run)) {}
 CachingRenderer::~CachingRenderer() = default;
 std::vector<std::uint32_t> CachingRenderer::render(Film& film) { return caching_->render(film); }
+void CachingRenderer::load(const RecordSet& set) { caching_->load(set); }
+void CachingRenderer::store(RecordSet& set) const { caching_->store(set); }
 
 }  // namespace irradia

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cache/RecordCache.h"
+#include "irradia/RecordFile.h"
 #include "irradia/shared/radiance_types.h"
 #include "render/hemispheres.h"
 
@@ -23,6 +24,11 @@ public:
     /// Records for points[stack[i]], sampled and entered. `salt`: see HemisphereSampler.
     void make(const Buffer& points, const RecordStack& stack, const IrradianceGrid& grid, std::uint32_t salt);
 
+    /// Enters records made elsewhere. Throws Error if they hold other things than look-ups here ask for.
+    void load(const RadianceRecords& records);
+    /// Copies to the host.
+    [[nodiscard]] RadianceRecords store() const;
+
     [[nodiscard]] const RecordCache& records() const noexcept { return records_; }
     /// Bytes of one record, its key and value included.
     [[nodiscard]] std::size_t record_bytes() const noexcept;
@@ -30,6 +36,7 @@ public:
     Kernel& bind(Kernel& kernel, bool placement) const;
 
 private:
+    [[nodiscard]] std::uint32_t kept_stride() const noexcept { return keep_samples_ ? parameters_.stride : 0; }
     [[nodiscard]] bool asks(const shared::Material& m) const;  ///< has it a lobe that records answer?
     void tabulate();
     void grow(std::size_t records);

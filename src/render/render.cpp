@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "irradia/Error.h"
+#include "irradia/RecordFile.h"
 #include "render/methods.h"
 
 namespace irradia {
@@ -91,11 +92,15 @@ std::unique_ptr<CachingRenderer> caching_renderer(Run& run) {
 }  // namespace
 
 RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
-                    const ProgressCallback& progress) {
+                    const ProgressCallback& progress, RecordSet* records) {
     check(scene, settings);
     Run run(scene, device, settings, progress);
     const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
-    return render_view(run, caching.get());
+    const bool carries = caching && records != nullptr;
+    if (carries) caching->load(*records);
+    RenderResult result = render_view(run, caching.get());
+    if (carries) caching->store(*records);
+    return result;
 }
 
 void render_views(const Scene& scene, Device& device, const RenderSettings& settings,

@@ -46,7 +46,7 @@ TEST_F(RecordFile, HasTheDocumentedSize) {
     for (const auto& [name, value] : set.origin.settings) text += name.size() + value.size() + 2;
     write_records(path_, set);
     const std::size_t header = (120 + text + 7) / 8 * 8, irradiance = 40 + 2 * (48 + 96),
-                      radiance = 40 + 48 + 96 + 4 * (10 * 16 + 9 * 9), view = 40 + 80 + 8;
+                      radiance = 40 + 48 + 96 + 4 * (10 * 16 + 9 * 9), view = 40 + 80 + 16;
     EXPECT_EQ(read_file(path_).size(), header + irradiance + (radiance + 7) / 8 * 8 + view);
 }
 
@@ -138,6 +138,7 @@ TEST_F(RecordFile, RefusesNumbersThatLookUpsCannotBear) {
         {"header 0", [&](RecordSet& s) { s.origin.upper[1] = nan; }},
         {"setting", [&](RecordSet& s) { s.origin.settings[2].second = "a\nb"; }},
         {"view 0", [&](RecordSet& s) { s.views[0].camera.dxx = nan; }},
+        {"unknown kinds", [&](RecordSet& s) { s.views[0].kinds = 2; }},
         {"no pixels", [&](RecordSet& s) { s.views[0].width = 0; }},
         {"one of each", [&](RecordSet& s) { s.irradiance.values.pop_back(); }},
         {"stride", [&](RecordSet& s) { s.radiance.samples.pop_back(); }},

@@ -49,7 +49,7 @@ inline RecordSet some_records(std::size_t irradiance = 5000, std::size_t radianc
     set.radiance.stride = radiance > 0 ? 16 : 0;
     set.radiance.order = radiance > 0 ? 3 : 0;
     add_radiance(set.radiance, radiance, 7);
-    set.views = {{small_scene().info.camera, 16, 9}};
+    set.views = {{small_scene().info.camera, 16, 9, RecordView::irradiance, 0}};
     return set;
 }
 
