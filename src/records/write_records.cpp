@@ -17,7 +17,7 @@ namespace records {
 namespace {
 
 // Records of a block: what a cut-off file loses at most.
-constexpr std::size_t kIrradianceBlock = 4096, kRadianceBlock = 128, kSupportBlock = 65536;
+constexpr std::size_t kIrradianceBlock = 256, kRadianceBlock = 32, kSupportBlock = 4096;
 
 using Sink = std::function<void(const void*, std::size_t)>;
 

@@ -10,7 +10,6 @@
 // samples off the pixel's centre see surfaces of their own, one is made, and the pixel is shaded anew, until none is
 // missing. The host owns the stack, the octree's memory and the schedule; everything else happens in kernels.
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -21,7 +20,7 @@
 
 #include "cache/RecordCache.h"
 #include "irradia/Error.h"
-#include "irradia/RecordFile.h"
+#include "render/carried_records.h"
 #include "render/hemispheres.h"
 #include "render/iteration_order.h"
 #include "render/methods.h"
@@ -116,35 +115,24 @@ public:
 
     void load(const RecordSet& set) {
         check_records("records", set);
-        const RecordView view = this->view();
-        placed_ =
-            record_mismatch(set.origin, record_origin(run_.scene, run_.settings), radiance_.has_value()).empty() &&
-            std::any_of(set.views.begin(), set.views.end(), [&](const RecordView& known) {
-                return (known.kinds & view.kinds) == view.kinds && known.width == view.width &&
-                       known.height == view.height && std::memcmp(&known.camera, &view.camera, sizeof view.camera) == 0;
-            });
+        placed_ = knows_view(set, run_, radiance_.has_value());
         cache_.load(set.irradiance.keys, set.irradiance.values);
         if (radiance_) radiance_->load(set.radiance);
         views_ += static_cast<std::uint32_t>(set.views.size());
         run_.phase("load records");
     }
 
-    void store(RecordSet& set) const {
+    void store(RecordSet& set, bool picture) const {
         set.irradiance = {cache_.download_keys(), cache_.download_values()};
         if (radiance_) set.radiance = radiance_->store();
-        set.views.push_back(view());
-        const RecordOrigin before = std::move(set.origin);
-        set.origin = record_origin(run_.scene, run_.settings);
-        if (!radiance_ && set.radiance.size() > 0) keep_radiance_settings(before, set.origin);
+        conclude(set, run_, radiance_.has_value(), picture);
     }
+
+    [[nodiscard]] const RecordCache& irradiance() const { return cache_; }
+
+    void make(const Buffer& points, const RecordStack& stack) { make_records(points, stack, salt(disagreement_salt)); }
 
 private:
-    [[nodiscard]] RecordView view() const {
-        const shared::SceneInfo& info = run_.scene.info;
-        return {info.camera, info.width, info.height, RecordView::irradiance | (radiance_ ? RecordView::radiance : 0u),
-                0};
-    }
-
     // Once, before the first record is made or the first path asks. Where records were loaded that may be never.
     void fill_grid() {
         if (grid_filled_) return;
@@ -409,6 +397,8 @@ CachingRenderer::CachingRenderer(Run& run) : caching_(std::make_unique<Caching>(
 CachingRenderer::~CachingRenderer() = default;
 std::vector<std::uint32_t> CachingRenderer::render(Film& film) { return caching_->render(film); }
 void CachingRenderer::load(const RecordSet& set) { caching_->load(set); }
-void CachingRenderer::store(RecordSet& set) const { caching_->store(set); }
+void CachingRenderer::store(RecordSet& set, bool picture) const { caching_->store(set, picture); }
+const RecordCache& CachingRenderer::irradiance() const { return caching_->irradiance(); }
+void CachingRenderer::make(const Buffer& points, const RecordStack& stack) { caching_->make(points, stack); }
 
 }  // namespace irradia

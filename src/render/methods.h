@@ -4,11 +4,15 @@
 #include <memory>
 #include <vector>
 
+#include "cache/RecordCache.h"
 #include "render/run.h"
 
 namespace irradia {
 
 struct RecordSet;
+
+/// Throws Error for settings out of range.
+void check_settings(const Scene& scene, const RenderSettings& settings);
 
 void render_path(Run& run, Film& film);
 void render_gather(Run& run, Film& film);
@@ -24,8 +28,12 @@ public:
     std::vector<std::uint32_t> render(Film& film);
     /// Enters records made elsewhere, before the first view. Throws Error if they do not fit.
     void load(const RecordSet& set);
-    /// Hands out all records, with the view that was rendered; radiance records of `set` stay if this run knows none.
-    void store(RecordSet& set) const;
+    /// Hands out all records; radiance records of `set` stay if this run knows none. `picture`: one was rendered.
+    void store(RecordSet& set, bool picture) const;
+
+    [[nodiscard]] const RecordCache& irradiance() const;
+    /// Irradiance records for points[stack[i]].
+    void make(const Buffer& points, const RecordStack& stack);
 
 private:
     class Caching;

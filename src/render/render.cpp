@@ -8,9 +8,8 @@
 #include "render/methods.h"
 
 namespace irradia {
-namespace {
 
-void check(const Scene& scene, const RenderSettings& s) {
+void check_settings(const Scene& scene, const RenderSettings& s) {
     const auto fail = [](const std::string& what) { throw Error(what); };
     if (!(s.accuracy > 0) || !std::isfinite(s.accuracy))
         fail("accuracy " + std::to_string(s.accuracy) + ": expected a positive number");
@@ -47,6 +46,8 @@ void check(const Scene& scene, const RenderSettings& s) {
         }
     if (scene.info.width == 0 || scene.info.height == 0) fail("film size is zero");
 }
+
+namespace {
 
 Layer records_layer(const Film& film, const std::vector<std::uint32_t>& pixels) {
     Layer layer{"records", 1, std::vector<float>(film.pixels(), 0.0f)};
@@ -93,20 +94,20 @@ std::unique_ptr<CachingRenderer> caching_renderer(Run& run) {
 
 RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
                     const ProgressCallback& progress, RecordSet* records) {
-    check(scene, settings);
+    check_settings(scene, settings);
     Run run(scene, device, settings, progress);
     const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
     const bool carries = caching && records != nullptr;
     if (carries) caching->load(*records);
     RenderResult result = render_view(run, caching.get());
-    if (carries) caching->store(*records);
+    if (carries) caching->store(*records, true);
     return result;
 }
 
 void render_views(const Scene& scene, Device& device, const RenderSettings& settings,
                   const std::vector<shared::Camera>& cameras,
                   const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress) {
-    check(scene, settings);
+    check_settings(scene, settings);
     Run run(scene, device, settings, progress);
     const std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
     for (std::size_t i = 0; i < cameras.size(); ++i) {
