@@ -35,6 +35,8 @@ enum class DirectMis {
     off         ///< light samples alone
 };
 
+struct RecordSet;
+
 /// Sets of settings, each measured to be quick for its error: about 3 %, 2 %, 1 % and .5 % relative RMSE on a Cornell box
 /// (docs/measurements.md; other scenes differ).
 enum class Quality { draft, medium, fine, finest };
@@ -128,8 +130,10 @@ struct RenderResult {
 /// Renders `scene` on `device`. The picture is linear radiance (W·m⁻²·sr⁻¹ in Rec. 709 RGB); layers follow
 /// settings.aovs. Same seed, device and settings give the same bytes, whatever the number of threads. Throws Error for
 /// settings the device cannot run (M x N too large for its local memory, unknown AOV, ...).
+/// `records` (RecordFile.h): what caching methods know beforehand; afterwards all that they know then, which a later
+/// render of the scene can be given, by whatever camera.
 RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
-                    const ProgressCallback& progress = {});
+                    const ProgressCallback& progress = {}, RecordSet* records = nullptr);
 
 /// Renders `scene` seen by one camera after the other (which replaces scene.info.camera; the film's size stays). The caches
 /// serve all of them: a view costs what it shows anew. `done` is given each picture as it is finished, with the statistics

@@ -10,6 +10,7 @@
 
 #include "app/help.h"
 #include "app/output.h"
+#include "app/record_options.h"
 
 namespace irradia::app {
 
@@ -192,6 +193,8 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                 "Write times of every stage, rays by kind, records, octree, peak memory, settings, device");
     files.value("--pack", o.pack, "FILE",
                 "Write the loaded scene, ready to render, into one file; renders only if -o is given too");
+
+    declare_records(app, o);
 
     Group scene(app, "Scene");
     scene
@@ -411,7 +414,9 @@ const char* const kFooter =
     "  render scene.xml -o a.exr -o a.png --exposure 1 --spp 64 --accuracy 0.1 --aov indirect,records\n"
     "  render scene.xml -o reference.exr --method path --spp 10000 --seed 7\n"
     "  render scene.xml --pack scene.irradia && render scene.irradia -o a.pfm --device nvidia\n"
-    "  render scene.xml -o small.png --width 320 -D spp=16 --stats stats.json\n\n"
+    "  render scene.xml -o small.png --width 320 -D spp=16 --stats stats.json\n"
+    "  render scene.xml -o a.exr --save-records r && render scene.xml -D x=2 -o b.exr --load-records r\n"
+    "  render scene.xml --points sensors.csv -o irradiance.csv --load-records r\n\n"
     "Exit status: 0 done, 1 bad input (scene, file, device), 2 wrong command line.";
 
 int complain(const std::string& what) {
@@ -436,6 +441,7 @@ int parse_options(int argc, const char* const* argv, Options& o) {
 
     if (o.scene.empty()) return complain("no SCENE given");
     if (o.outputs.empty() && o.pack.empty()) return complain("nothing to write: give -o OUT.exr");
+    if (const std::string what = wrong_record_options(o); !what.empty()) return complain(what);
     for (const std::string& define : defines) {
         const std::size_t equals = define.find('=');
         if (equals == 0 || equals == std::string::npos)

@@ -11,9 +11,11 @@
 namespace irradia::app {
 
 struct Options {
-    std::string scene;                 ///< Mitsuba XML or packed scene
-    std::vector<std::string> outputs;  ///< kind by extension
-    std::string pack, stats;           ///< files to write besides; "" = none
+    std::string scene;                               ///< Mitsuba XML or packed scene
+    std::vector<std::string> outputs;                ///< kind by extension
+    std::string pack, stats;                         ///< files to write besides; "" = none
+    std::string load_records, save_records, points;  ///< files; "" = none
+    bool force_records = false;                      ///< use records of another scene or other settings
     RenderSettings settings;
     DeviceOptions device;
     std::map<std::string, std::string> defines;  ///< -D name=value

@@ -6,12 +6,14 @@
 #include <optional>
 #include <sstream>
 
+#include "app/carried_records.h"
 #include "app/error_text.h"
 #include "app/film_size.h"
 #include "app/help.h"
 #include "app/loading.h"
 #include "app/options.h"
 #include "app/output.h"
+#include "app/point_list.h"
 #include "app/progress.h"
 #include "app/stats.h"
 #include "irradia/Error.h"
@@ -103,14 +105,37 @@ std::string done_text(const Options& o, const RenderResult& result) {
     return out.str();
 }
 
+/// --points: no picture, but irradiance.
+void answer_points(const Options& o, const Messages& messages, const Scene& scene, Device& device,
+                   const std::vector<IrradiancePoint>& points, CarriedRecords& records) {
+    ProgressPrinter printer(std::cerr, terminal_columns());
+    ProgressCallback callback;
+    if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
+    RenderStatistics statistics;
+    const std::vector<PointIrradiance> answers = [&] {
+        try {
+            return irradiance_at(scene, device, o.settings, points, callback, records.set(), &statistics);
+        } catch (...) {
+            printer.clear();
+            throw;
+        }
+    }();
+    printer.clear();
+    for (const std::string& path : o.outputs) write_points(path, points, answers);
+    messages.say("wrote " + o.outputs.front() + ": irradiance at " + count_text(static_cast<double>(points.size())) +
+                 " points, " + time_text(statistics.seconds) + ", " +
+                 count_text(static_cast<double>(statistics.records)) + " records");
+    if (const std::string what = records.save(); !what.empty()) messages.say(what);
+}
+
 void render_and_write(const Options& o, const Messages& messages, const Scene& scene, Device& device, double began,
-                      const Phases& load_phases, std::uint64_t load_peak_bytes) {
+                      const Phases& load_phases, std::uint64_t load_peak_bytes, CarriedRecords& records) {
     ProgressPrinter printer(std::cerr, terminal_columns());
     ProgressCallback callback;
     if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
     RenderResult result = [&] {
         try {
-            return render(scene, device, o.settings, callback);
+            return render(scene, device, o.settings, callback, records.set());
         } catch (const std::bad_alloc&) {
             printer.clear();
             throw Error("out of memory for a picture of " + std::to_string(scene.info.width) + " x " +
@@ -140,6 +165,7 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
     if (!o.stats.empty()) save_text(o.stats, stats_json(run));
     messages.say(done_text(o, result));
     if (result.error) messages.say(error_text(*result.error));
+    if (const std::string what = records.save(); !what.empty()) messages.say(what);
     if (o.verbose) std::cerr << stats_table(run);
 }
 
@@ -151,12 +177,20 @@ void run(const Options& o) {
     // What cannot be written is found now, not after an hour of rendering.
     bool exr = false;
     for (const std::string& path : o.outputs) {
+        if (!o.points.empty()) {
+            check_writable(path);
+            continue;
+        }
         check_picture_path(path);
         exr = exr || path.ends_with(".exr") || path.ends_with(".EXR");
     }
     if (!o.stats.empty()) check_writable(o.stats);
     if (!o.pack.empty()) check_writable(o.pack);
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
+
+    CarriedRecords records(o, [&](const std::string& text) { messages.warn(text); });
+    const std::vector<IrradiancePoint> points =
+        o.points.empty() ? std::vector<IrradiancePoint>{} : read_points(o.points);
 
     std::optional<Device> device;  // one that is not there is found before a large scene is loaded
     if (!o.outputs.empty()) device.emplace(o.device);
@@ -182,7 +216,9 @@ void run(const Options& o) {
 
     messages.detail("device " + std::to_string(device->description().index) + ": " + device->description().name + " (" +
                     device->description().platform + "), " + (device->cpu_traversal() ? "cpu" : "gpu") + " traversal");
-    render_and_write(o, messages, scene, *device, began, monitor.phases(), load_peak_bytes);
+    records.check(scene);
+    if (!o.points.empty()) return answer_points(o, messages, scene, *device, points, records);
+    render_and_write(o, messages, scene, *device, began, monitor.phases(), load_peak_bytes, records);
 }
 
 }  // namespace

@@ -106,9 +106,18 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
     size_ += count;
 }
 
-// Records [first, first + count) into the octree. A record finds its place in a list by walking past those of its launch
-// that came first, and past all that follow it when it is entered again: in launches of a bounded number a million records
-// of one cell take linear time.
+void RecordCache::load(const std::vector<shared::RecordKey>& keys, const std::vector<shared::RecordValue>& values) {
+    if (keys.empty()) return;
+    const std::uint32_t first = reserve(keys.size());
+    device_.write(keys_, keys.data(), keys.size() * sizeof keys[0], first * sizeof keys[0]);
+    device_.write(values_, values.data(), values.size() * sizeof values[0], first * sizeof values[0]);
+    enter(first, static_cast<std::uint32_t>(keys.size()));
+    size_ += keys.size();
+}
+
+// Records [first, first + count) into the octree. A record finds its place in a list by walking past those of its
+// launch that came first, and past all that follow it when it is entered again: in launches of a bounded number a
+// million records of one cell take linear time.
 void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
     for (std::uint32_t done = 0; done < count; done += launch_records)
         enter_launch(first + done, std::min(launch_records, count - done));

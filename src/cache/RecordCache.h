@@ -38,6 +38,8 @@ public:
     std::uint32_t reserve(std::size_t count);
     /// Enters records [size(), size() + count), which a kernel has written, made at points[stack[i]].
     void insert(std::size_t count, const Buffer& points, const Buffer& stack);
+    /// Enters records made elsewhere as they are: their supports have been clamped.
+    void load(const std::vector<shared::RecordKey>& keys, const std::vector<shared::RecordValue>& values);
 
     /// Supports times `factor`, and look-ups by `settings` (whose bounds are the old ones) from now on.
     void rescale(float factor, const CacheSettings& settings);
@@ -67,6 +69,7 @@ private:
     void enter(std::uint32_t first, std::uint32_t count);
     void enter_launch(std::uint32_t first, std::uint32_t count);
     void grow_octree(std::size_t nodes, std::size_t entries);
+    void enter(std::size_t count);
 
     Device& device_;
     CacheSettings settings_;

@@ -20,6 +20,7 @@
 
 #include "cache/RecordCache.h"
 #include "irradia/Error.h"
+#include "render/carried_records.h"
 #include "render/hemispheres.h"
 #include "render/iteration_order.h"
 #include "render/methods.h"
@@ -90,9 +91,13 @@ public:
     std::vector<std::uint32_t> render(Film& film) {
         const Known known = this->known();
         if (run_.edges_beyond_camera() >= 2) {
-            if (grid_paths_ == 0) fill_grid();
-            place_records();
-            settle_disagreements();
+            grid_.announce();
+            if (cache_.size() == 0) fill_grid();
+            if (!placed_) {
+                place_records();
+                settle_disagreements();
+            }
+            placed_ = false;
             run_.phase("records");
         }
         schedule_.emplace(static_cast<int>(run_.scene.info.width), static_cast<int>(run_.scene.info.height), run_.spp(),
@@ -109,7 +114,8 @@ public:
     std::vector<std::uint32_t> refine(Film& film, float factor) {
         cache_.rescale(factor, cache_settings(run_, run_.settings.accuracy));
         hemispheres_.emplace(run_, Hemispheres::irradiance_records);
-        if (run_.settings.grid_paths >= 2 * grid_paths_ && run_.edges_beyond_camera() >= 2) fill_grid();
+        if (run_.settings.grid_paths >= 2 * grid_paths_) grid_paths_ = 0;  // to be filled anew
+        if (run_.edges_beyond_camera() >= 2) fill_grid();
         if (radiance_ && radiance_->fits(run_.settings))
             radiance_->rescale(factor, radiance_settings(run_));
         else if (radiance_)
@@ -126,10 +132,31 @@ public:
 
     [[nodiscard]] double squared_noise() const { return schedule_ ? schedule_->squared_noise() : 0; }
 
+    void load(const RecordSet& set) {
+        check_records("records", set);
+        placed_ = knows_view(set, run_, radiance_.has_value());
+        cache_.load(set.irradiance.keys, set.irradiance.values);
+        if (radiance_) radiance_->load(set.radiance);
+        views_ += static_cast<std::uint32_t>(set.views.size());
+        run_.phase("load records");
+    }
+
+    void store(RecordSet& set, bool picture) const {
+        set.irradiance = {cache_.download_keys(), cache_.download_values()};
+        if (radiance_) set.radiance = radiance_->store();
+        conclude(set, run_, radiance_.has_value(), picture);
+    }
+
+    [[nodiscard]] const RecordCache& irradiance() const { return cache_; }
+
+    void make(const Buffer& points, const RecordStack& stack) { make_records(points, stack, salt(disagreement_salt)); }
+
 private:
+    // Once, before the first record is made or the first path asks. Where records were loaded that may be never.
     void fill_grid() {
-        grid_.fill();
+        if (grid_paths_ > 0) return;
         grid_paths_ = run_.settings.grid_paths;
+        grid_.fill();
         run_.phase("grid");
     }
 
@@ -184,10 +211,17 @@ private:
     // Stages 2 and 3 for points[indices]. `salt`: see HemisphereSampler.
     void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
         if (stack.empty()) return;
+        fill_grid();
         const Buffer indices = run_.device.upload(stack.indices);
         const std::uint32_t first = cache_.reserve(stack.size());
         hemispheres_->sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
         cache_.insert(stack.size(), points, indices);
+    }
+
+    void make_lobe_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
+        if (stack.empty()) return;
+        fill_grid();
+        radiance_->make(points, stack, grid_, salt);
     }
 
     // The points of an array that want a record.
@@ -223,7 +257,7 @@ private:
             make_records(points, wanting(host), salt(0));
             if (radiance_) {
                 run_.device.read(lobe_points, host.data(), blocks * sizeof host[0]);
-                radiance_->make(lobe_points, wanting(host), grid_, salt(0));
+                make_lobe_records(lobe_points, wanting(host), salt(0));
             }
             ++run_.statistics.iterations;
             run_.report("records", records_share * (it + 1) / iteration_count, record_count());
@@ -257,7 +291,7 @@ private:
             Made made;
             const RecordStack stack = choose(missed, made);
             if (stack.empty()) return;
-            radiance_->make(run_.device.upload(missed.points), stack, grid_, salt(disagreement_salt + round));
+            make_lobe_records(run_.device.upload(missed.points), stack, salt(disagreement_salt + round));
             ++run_.statistics.iterations;
             run_.report("records", records_share, record_count());
         }
@@ -302,6 +336,8 @@ private:
     // Adds samples [begin, end) of `pixels` to the film; `missed` of irradiance, and of radiance.
     void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, std::uint32_t begin, std::uint32_t end,
                       bool requests, Missed& missed, Missed& missed_lobes) {
+        // On diffuse surfaces only what finds no record goes on as a path.
+        if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
         Launch& launch = this->launch(film);
         std::map<std::string, std::string> defines = grid_.defines();
         defines.insert(defines_.begin(), defines_.end());
@@ -373,7 +409,7 @@ private:
             const RecordStack stack = choose(missed, made), lobe_stack = choose(missed_lobes, made_lobes);
             if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round));
             if (!lobe_stack.empty())
-                radiance_->make(run_.device.upload(missed_lobes.points), lobe_stack, grid_, salt(round));
+                make_lobe_records(run_.device.upload(missed_lobes.points), lobe_stack, salt(round));
             if (!stack.empty() || !lobe_stack.empty()) ++run_.statistics.iterations;
             pixels = missed.pixels;
             pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
@@ -390,11 +426,12 @@ private:
     std::optional<RadianceCache> radiance_;
     std::optional<Launch> launch_;
     std::size_t pixels_, chunk_;
-    std::uint32_t views_ = 0;  // renderings, of the same view or of another
+    std::uint32_t views_ = 0;  // renderings, also those that loaded records were made for
     int grid_paths_ = 0;       // that the grid was filled with
     std::optional<SampleSchedule> schedule_;
     std::vector<std::uint8_t> counted_;  // see spare()
     std::uint32_t spared_spp_ = 0;
+    bool placed_ = false;  // the next view's records were loaded
     std::map<std::string, std::string> defines_;
 };
 
@@ -407,5 +444,9 @@ void CachingRenderer::spare(std::vector<std::uint8_t> counted, std::uint32_t spp
 std::vector<std::uint32_t> CachingRenderer::refine(Film& film, float factor) { return caching_->refine(film, factor); }
 std::vector<std::uint32_t> CachingRenderer::sample_more(Film& film) { return caching_->sample_more(film); }
 double CachingRenderer::squared_noise() const { return caching_->squared_noise(); }
+void CachingRenderer::load(const RecordSet& set) { caching_->load(set); }
+void CachingRenderer::store(RecordSet& set, bool picture) const { caching_->store(set, picture); }
+const RecordCache& CachingRenderer::irradiance() const { return caching_->irradiance(); }
+void CachingRenderer::make(const Buffer& points, const RecordStack& stack) { caching_->make(points, stack); }
 
 }  // namespace irradia

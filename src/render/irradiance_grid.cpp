@@ -47,16 +47,19 @@ IrradianceGrid::IrradianceGrid(Run& run)
     parameters_.shortest = shortest_ray;
     parameters_.least = least_estimates;
     parameters_.slots = 1;
+    run.device.fill(cells_, 0, sizeof(shared::GridCell));  // without a key: it knows nothing
 }
 
 void IrradianceGrid::fill() {
-    if (!run_.settings.grid || run_.settings.max_depth >= 0) return;
+    announce();
+    if (!on_) return;
     // A path leaves up to 8 estimates, mostly in cells that others have been to. A full table is filled anew, larger.
     std::size_t slots = std::bit_ceil(
         std::clamp<std::size_t>(static_cast<std::size_t>(run_.settings.grid_paths), 1u << 10, 1u << 20) * 2);
     while (!try_fill(slots)) slots *= 2;
-    filled_ = true;
 }
+
+void IrradianceGrid::announce() { on_ = run_.settings.grid && run_.settings.max_depth < 0; }
 
 bool IrradianceGrid::try_fill(std::size_t slots) {
     const auto paths = static_cast<std::uint32_t>(run_.settings.grid_paths);
@@ -123,7 +126,7 @@ bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>&
     return !full();
 }
 
-std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", filled_ ? "1" : "0"}}; }
+std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", on_ ? "1" : "0"}}; }
 
 Kernel& IrradianceGrid::bind(Kernel& kernel) const { return kernel.arg(cells_).arg(parameters_); }
 

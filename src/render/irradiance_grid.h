@@ -15,6 +15,8 @@ public:
     /// Empty, and off: hemispheres go on as paths.
     explicit IrradianceGrid(Run& run);
 
+    /// Announces that fill() may follow: kernels are those that ask it, and find nothing.
+    void announce();
     /// Traces settings.grid_paths paths through the picture. Does nothing if the grid is off by settings, or the paths'
     /// depth is limited (an estimate left at a path's third vertex does not know how many edges the asker has left).
     void fill();
@@ -32,7 +34,7 @@ private:
     Run& run_;
     shared::GridParameters parameters_{};
     Buffer cells_, overflow_;
-    bool filled_ = false;
+    bool on_ = false;
 };
 
 }  // namespace irradia

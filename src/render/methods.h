@@ -4,9 +4,15 @@
 #include <memory>
 #include <vector>
 
+#include "cache/RecordCache.h"
 #include "render/run.h"
 
 namespace irradia {
+
+struct RecordSet;
+
+/// Throws Error for settings out of range.
+void check_settings(const Scene& scene, const RenderSettings& settings);
 
 /// Samples [first, run.spp()) of every pixel; film holds those before.
 void render_path(Run& run, Film& film, std::uint32_t first = 0);
@@ -21,6 +27,14 @@ public:
 
     /// Renders the run's present view. Returns the pixel of every record made for it.
     std::vector<std::uint32_t> render(Film& film);
+    /// Enters records made elsewhere, before the first view. Throws Error if they do not fit.
+    void load(const RecordSet& set);
+    /// Hands out all records; radiance records of `set` stay if this run knows none. `picture`: one was rendered.
+    void store(RecordSet& set, bool picture) const;
+
+    [[nodiscard]] const RecordCache& irradiance() const;
+    /// Irradiance records for points[stack[i]].
+    void make(const Buffer& points, const RecordStack& stack);
 
     /// Pixels where `counted` is 0 take no more than `spp` samples.
     void spare(std::vector<std::uint8_t> counted, std::uint32_t spp);

@@ -164,6 +164,42 @@ void RadianceCache::rescale(float factor, const CacheSettings& settings) {
     records_.rescale(factor, settings);
 }
 
+void RadianceCache::load(const RadianceRecords& records) {
+    if (records.size() == 0) return;
+    if (records.stride != kept_stride() || records.order != parameters_.order) {
+        const auto text = [](std::uint32_t stride, std::uint32_t order) {
+            return std::to_string(stride) + " samples and harmonics of order " + std::to_string(order);
+        };
+        throw Error("radiance records hold " + text(records.stride, records.order) + ", expected " +
+                    text(kept_stride(), parameters_.order) +
+                    ", which --hemisphere, --glossy, --harmonics-from, --trace-below and --order decide");
+    }
+    const std::size_t first = records_.size();
+    grow(first + records.size());
+    const auto write = [&](Buffer& to, const std::vector<float>& from, std::size_t floats) {
+        if (!from.empty())
+            run_.device.write(to, from.data(), from.size() * sizeof(float), first * floats * sizeof(float));
+    };
+    write(samples_, records.samples, records.sample_floats());
+    write(harmonics_, records.harmonics, records.harmonic_floats());
+    records_.load(records.keys, records.values);
+}
+
+RadianceRecords RadianceCache::store() const {
+    RadianceRecords out;
+    out.keys = records_.download_keys();
+    out.values = records_.download_values();
+    if (out.size() == 0) return out;
+    out.stride = kept_stride();
+    out.order = parameters_.order;
+    out.samples.resize(out.size() * out.sample_floats());
+    out.harmonics.resize(out.size() * out.harmonic_floats());
+    if (!out.samples.empty()) run_.device.read(samples_, out.samples.data(), out.samples.size() * sizeof(float));
+    if (!out.harmonics.empty())
+        run_.device.read(harmonics_, out.harmonics.data(), out.harmonics.size() * sizeof(float));
+    return out;
+}
+
 Kernel& RadianceCache::bind(Kernel& kernel, bool placement) const {
     return records_.bind(kernel, placement).arg(samples_).arg(harmonics_).arg(tables_).arg(offsets_).arg(parameters_);
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "cache/RecordCache.h"
+#include "irradia/RecordFile.h"
 #include "irradia/shared/radiance_types.h"
 #include "render/hemispheres.h"
 
@@ -28,6 +29,10 @@ public:
     [[nodiscard]] bool fits(const RenderSettings& settings) const;
     /// run.settings have changed, but for --hemisphere, and ask for supports `factor` times as large: see RecordCache.
     void rescale(float factor, const CacheSettings& settings);
+    /// Enters records made elsewhere. Throws Error if they hold other things than look-ups here ask for.
+    void load(const RadianceRecords& records);
+    /// Copies to the host.
+    [[nodiscard]] RadianceRecords store() const;
 
     [[nodiscard]] const RecordCache& records() const noexcept { return records_; }
     /// Bytes of one record, its key and value included.
@@ -36,6 +41,7 @@ public:
     Kernel& bind(Kernel& kernel, bool placement) const;
 
 private:
+    [[nodiscard]] std::uint32_t kept_stride() const noexcept { return keep_samples_ ? parameters_.stride : 0; }
     [[nodiscard]] bool asks(const shared::Material& m) const;  ///< has it a lobe that records answer?
     void tabulate();
     void grow(std::size_t records);

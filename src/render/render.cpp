@@ -4,15 +4,15 @@
 #include <memory>
 
 #include "irradia/Error.h"
+#include "irradia/RecordFile.h"
 #include "render/error_probes.h"
 #include "render/lamps.h"
 #include "render/methods.h"
 #include "render/target.h"
 
 namespace irradia {
-namespace {
 
-void check(const Scene& scene, const RenderSettings& s) {
+void check_settings(const Scene& scene, const RenderSettings& s) {
     const auto fail = [](const std::string& what) { throw Error(what); };
     if (!(s.accuracy > 0) || !std::isfinite(s.accuracy))
         fail("accuracy " + std::to_string(s.accuracy) + ": expected a positive number");
@@ -54,6 +54,8 @@ void check(const Scene& scene, const RenderSettings& s) {
         }
     if (scene.info.width == 0 || scene.info.height == 0) fail("film size is zero");
 }
+
+namespace {
 
 Layer records_layer(const Film& film, const std::vector<std::uint32_t>& pixels) {
     Layer layer{"records", 1, std::vector<float>(film.pixels(), 0.0f)};
@@ -120,18 +122,26 @@ std::unique_ptr<CachingRenderer> caching_renderer(Run& run) {
 
 }  // namespace
 
-RenderResult render(const Scene& scene, Device& device, const RenderSettings& asked, const ProgressCallback& progress) {
-    check(scene, asked);
+RenderResult render(const Scene& scene, Device& device, const RenderSettings& asked, const ProgressCallback& progress,
+                    RecordSet* records) {
+    check_settings(scene, asked);
     RenderSettings settings = asked;
     Run run(scene, device, settings, progress);
     std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
-    return render_view(run, settings, caching);
+    const bool loads = records != nullptr && records->irradiance.size() + records->radiance.size() > 0;
+    if (loads && searches(asked))
+        throw Error(
+            "records from elsewhere: expected settings as they were made with, not a target error or time limit");
+    if (caching && records != nullptr) caching->load(*records);
+    RenderResult result = render_view(run, settings, caching);
+    if (caching && records != nullptr) caching->store(*records, true);
+    return result;
 }
 
 void render_views(const Scene& scene, Device& device, const RenderSettings& asked,
                   const std::vector<shared::Camera>& cameras,
                   const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress) {
-    check(scene, asked);
+    check_settings(scene, asked);
     if (searches(asked)) throw Error("target error and time limit: expected a single view");
     RenderSettings settings = asked;
     Run run(scene, device, settings, progress);

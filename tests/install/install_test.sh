@@ -14,7 +14,8 @@ scene=$1/scenes/cornell-box.xml
     "$3" --build "$work/build" >>"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
 "$work/build/consumer" "$scene" "$work/b.pfm"
 cmp "$work/a.pfm" "$work/b.pfm"
-"$work/build/consumer" "$scene" "$work/b.png"
+"$work/build/consumer" "$scene" "$work/b.png" "$work/b.records"
+"$work/prefix/bin/render" "$scene" -o "$work/c.pfm" --spp 4 --width 16 --height 16 --load-records "$work/b.records" --quiet
 "$work/prefix/bin/compare" "$work/b.png" "$work/a.pfm" >"$work/log"
 # No package file or header leads back to the source or build folder.
 [ -n "$(find "$work/prefix" -name IrradiaConfig.cmake)" ]
