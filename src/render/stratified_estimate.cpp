@@ -23,14 +23,21 @@ Estimate stratified_estimate(std::size_t strata, const std::vector<Draw>& draws)
         largest = std::max(largest, std::abs(d.value));
     }
     const double parts = static_cast<double>(strata);
-    double variance = 0, fourth = 0;
-    for (const Stratum& s : of) {
+    std::vector<double> cubes(strata, 0.0);
+    for (const Draw& d : draws) cubes[d.stratum] += std::pow(d.value - of[d.stratum].mean, 3);
+    double variance = 0, fourth = 0, third = 0;
+    for (std::size_t h = 0; h < strata; ++h) {
+        const Stratum& s = of[h];
+        if (s.count > 2)  // third central moment of a stratum's draws, without bias, and of their mean: / count²
+            third +=
+                cubes[h] * s.count / ((s.count - 1) * (s.count - 2)) / (s.count * s.count) / (parts * parts * parts);
         e.mean += s.mean / parts;
         const double own = s.squares / (s.count - 1) / s.count / (parts * parts);
         variance += own;
         fourth += own * own / (s.count - 1);
     }
     e.deviation = std::sqrt(variance);
+    e.skewness = variance > 0 ? third / (variance * e.deviation) : 0;
     e.freedom = fourth > 0 ? variance * variance / fourth : 1e9;
     e.largest_share = all > 0 ? largest / all : 0;
     return e;
@@ -46,8 +53,9 @@ double student_quantile(double freedom) {
 }
 
 Interval interval_of(const Estimate& e) {
-    const double half = student_quantile(e.freedom) * e.deviation;
-    return {e.mean, e.mean - half, e.mean + half};
+    const double z = student_quantile(e.freedom), half = z * e.deviation;
+    const double shift = std::clamp(e.skewness, -1.0, 1.0) * (2 * z * z + 1) / 6 * e.deviation;
+    return {e.mean, e.mean - half + std::min(shift, half), e.mean + half + std::max(shift, -half)};
 }
 
 StratifiedPixels::StratifiedPixels(const std::vector<double>& weights, std::size_t strata) : strata_(strata) {

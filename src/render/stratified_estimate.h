@@ -16,14 +16,17 @@ struct Draw {
 struct Estimate {
     double mean = 0;
     double deviation = 0;      ///< standard error of the mean
-    double freedom = 0;        ///< its degrees of freedom (Satterthwaite)
+    double skewness = 0;       ///< of the mean's own distribution; 0 with fewer than three draws a stratum
+    double freedom = 0;        ///< degrees of freedom of `deviation` (Satterthwaite)
     double largest_share = 0;  ///< of a single draw in the sum of all |value|
 };
 
 /// Every stratum holds at least two draws.
 Estimate stratified_estimate(std::size_t strata, const std::vector<Draw>& draws);
 
-/// 95 % interval of a mean, by Student's distribution.
+/// 95 % interval of a mean, by Student's distribution, with the first correction for skewness (Hall, "On the removal of
+/// skewness by transformation", J. R. Statist. Soc. B 54, 1992): squared errors are skewed, and without it the interval ends
+/// too low.
 Interval interval_of(const Estimate& estimate);
 
 /// Quantile .975 of Student's distribution (below 3 degrees of freedom that of 3).
