@@ -43,8 +43,8 @@ RenderSettings furnace_settings(Method method) {
     RenderSettings settings;
     settings.method = method;
     settings.spp = method == Method::path ? 128 : 4;
-    settings.hemisphere_m = 8;
-    settings.hemisphere_n = 32;
+    settings.hemisphere_m = 4;
+    settings.hemisphere_n = 16;
     settings.grid_paths = 1 << 13;
     return settings;
 }

@@ -14,6 +14,7 @@ RenderSettings settings_of(Method method) {
     RenderSettings s;
     s.method = method;
     s.spp = 16;
+    s.grid_paths = 1 << 16;
     return s;
 }
 
