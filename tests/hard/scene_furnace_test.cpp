@@ -45,7 +45,7 @@ RenderSettings furnace_settings(Method method) {
     settings.spp = method == Method::path ? 128 : 4;
     settings.hemisphere_m = 4;
     settings.hemisphere_n = 16;
-    settings.grid_paths = 1 << 13;
+    settings.grid_paths = 1 << 11;
     return settings;
 }
 
