@@ -76,12 +76,8 @@ TEST_P(Scale, FarFromTheOrigin) {
 }
 
 std::string lit_by(double factor) {
-    std::string xml = read_file(project_scene("cornell-box.xml"));
-    xml = std::regex_replace(xml, std::regex(R"(<default name="size" value="256" />)"),
-                             "<default name=\"size\" value=\"" + std::to_string(kSize) + "\" />");
-    return std::regex_replace(
-        xml, std::regex(R"(value="16, 12, 5")"),
-        "value=\"" + text(16 * factor) + ", " + text(12 * factor) + ", " + text(5 * factor) + '"');
+    return replaced(cornell_text(kSize), R"(value="16, 12, 5")",
+                    "value=\"" + text(16 * factor) + ", " + text(12 * factor) + ", " + text(5 * factor) + '"');
 }
 
 TEST_P(Scale, RadianceOfAnyPower) {
