@@ -57,7 +57,7 @@ TEST_P(Scale, AnyScaleGivesTheSamePicture) {
     }
     hard_case("Cornell box, scale 1e-4, 1e-2, 1e3, 1e6, " + name_of(GetParam()), "the same at scale 1",
               cached ? "relative RMSE" : "share of values changed by > 1e-3", worst, bound,
-              "offsets of 1e-4: all of the scene at scale 1e-4");
+              "fixed offsets of 1e-4: half of the box at scale 1e-4");
 }
 
 // The loader subtracts the scene's centre in double, so nothing of the distance is left.
