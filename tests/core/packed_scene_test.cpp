@@ -154,7 +154,7 @@ TEST_F(PackedScene, VersionAndByteOrder) {
     std::string altered = bytes;
     put<std::uint32_t>(altered, kVersionAt, 1);
     forge_checksums(altered);
-    EXPECT_TRUE(has(refusal(altered), "version 1, expected 2"));
+    EXPECT_TRUE(has(refusal(altered), "version 1, expected 3"));
     altered = bytes;
     put<std::uint32_t>(altered, kByteOrderAt, 0x04030201u);
     EXPECT_TRUE(has(refusal(altered), "other byte order"));

@@ -1,9 +1,9 @@
 // Scenes and pictures of the hard cases. Pictures of one scene at two scales use the same random numbers, so that they
 // differ by rounding alone.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -70,37 +70,47 @@ inline std::string read_file(const std::string& path) {
     return s.str();
 }
 
+/// `in` with every `what` replaced.
+inline std::string replaced(std::string in, const std::string& what, const std::string& by) {
+    std::size_t at = in.find(what);
+    if (at == std::string::npos) throw std::logic_error("nothing to replace: " + what);
+    for (; at != std::string::npos; at = in.find(what, at + by.size())) in.replace(at, what.size(), by);
+    return in;
+}
+
 /// The scene of an XML text with everything in it, the camera too, times `scale`, then moved by `offset`. Its camera
-/// has to be a lookat with `origin` and `target`, and no clipping planes of its own.
+/// has to be a lookat with `origin` and `target`, without clipping planes of its own, and to come before the shapes.
 inline std::string transformed(const std::string& xml, double scale, const std::array<double, 3>& offset = {0, 0, 0}) {
     const std::size_t sensor = xml.find("<sensor"), end = xml.find("</sensor>");
     std::string camera = xml.substr(sensor, end - sensor);
-    for (const std::string point : {"origin", "target"}) {
-        const std::regex numbers(point + R"(="\s*([-+.0-9e]+)\s*,\s*([-+.0-9e]+)\s*,\s*([-+.0-9e]+)\s*")");
-        std::smatch found;
-        if (!std::regex_search(camera, found, numbers)) throw std::logic_error("no lookat in the camera");
-        std::string moved = point + "=\"";
-        for (std::size_t k = 0; k < 3; ++k)
-            moved += text(std::stod(found[k + 1]) * scale + offset[k]) + (k < 2 ? ", " : "\"");
-        camera = found.prefix().str() + moved + found.suffix().str();
+    for (const std::string point : {"origin=\"", "target=\""}) {
+        const std::size_t first = camera.find(point) + point.size(), last = camera.find('"', first);
+        std::string numbers = camera.substr(first, last - first), moved;
+        std::replace(numbers.begin(), numbers.end(), ',', ' ');
+        std::istringstream in(numbers);
+        for (std::size_t k = 0; k < 3; ++k) {
+            double x = 0;
+            if (!(in >> x)) throw std::logic_error("no lookat in the camera");
+            moved += text(x * scale + offset[k]) + (k < 2 ? ", " : "");
+        }
+        camera.replace(first, last - first, moved);
     }
     const std::size_t head = camera.find('>') + 1;
     camera.insert(head, "<float name=\"near_clip\" value=\"" + text(1e-2 * scale) +
                             "\"/><float name=\"far_clip\" value=\"" + text(1e4 * scale) + "\"/>");
     const std::string move = "<scale value=\"" + text(scale) + "\"/><translate x=\"" + text(offset[0]) + "\" y=\"" +
                              text(offset[1]) + "\" z=\"" + text(offset[2]) + "\"/></transform>";
-    const auto shapes = [&](const std::string& part) {
-        return std::regex_replace(part, std::regex("</transform>"), move);
-    };
-    return shapes(xml.substr(0, sensor)) + camera + shapes(xml.substr(end));
+    return xml.substr(0, sensor) + camera + replaced(xml.substr(end), "</transform>", move);
 }
 
-/// scenes/cornell-box.xml of that many pixels a side, scaled and moved.
+/// scenes/cornell-box.xml of that many pixels a side.
+inline std::string cornell_text(int size) {
+    return replaced(read_file(project_scene("cornell-box.xml")), R"(name="size" value="256")",
+                    "name=\"size\" value=\"" + std::to_string(size) + "\"");
+}
+/// The same, scaled and moved.
 inline Scene cornell(int size, double scale = 1, const std::array<double, 3>& offset = {0, 0, 0}) {
-    std::string xml = read_file(project_scene("cornell-box.xml"));
-    xml = std::regex_replace(xml, std::regex(R"(<default name="size" value="256" />)"),
-                             "<default name=\"size\" value=\"" + std::to_string(size) + "\" />");
-    return load_text(transformed(xml, scale, offset));
+    return load_text(transformed(cornell_text(size), scale, offset));
 }
 
 /// `lookat` and the rest of a camera of width x height pixels with a box filter.

@@ -43,9 +43,9 @@ RenderSettings furnace_settings(Method method) {
     RenderSettings settings;
     settings.method = method;
     settings.spp = method == Method::path ? 128 : 4;
-    settings.hemisphere_m = 8;
-    settings.hemisphere_n = 32;
-    settings.grid_paths = 1 << 13;
+    settings.hemisphere_m = 4;
+    settings.hemisphere_n = 16;
+    settings.grid_paths = 1 << 11;
     return settings;
 }
 
@@ -123,8 +123,7 @@ TEST(Camera, OnSurfacesAndInCorners) {
     EXPECT_EQ(bad, 0u);
     hard_case("camera on a wall, an edge, in a corner of a furnace (lowest pixel " + figure(lowest / expected) +
                   " of the closed form)",
-              "closed form: 1 / (1 - rho)", "|error| of the mean in standard errors", worst, 5,
-              "a ray that finds the wall it starts on: 1");
+              "closed form: 1 / (1 - rho)", "|error| of the mean in standard errors", worst, 5);
 }
 
 }  // namespace

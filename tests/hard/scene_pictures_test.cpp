@@ -13,7 +13,8 @@ const std::vector<Method> kMethods{Method::path, Method::irradiance, Method::rad
 RenderSettings settings_of(Method method, int spp = 16) {
     RenderSettings s;
     s.method = method;
-    s.spp = spp;
+    s.spp = method == Method::gather ? std::min(spp, 2) : spp;
+    s.grid_paths = 1 << 15;
     return s;
 }
 const std::string kFloor = R"(<scale value="100"/><rotate x="1" angle="-90"/>)";  // y = 0
@@ -146,8 +147,9 @@ TEST(Light, OfAThousandth) {
                 worst = std::max(worst, z);
             }
     }
-    hard_case("light of 1e-3 of the scene", "double on the host: L A cos cos / r^2", "relative error of a pixel", worst,
-              0.02, "hemisphere of 16 x 64 rays: finds it once in 5000 records");
+    hard_case("light of 1e-3 of the scene", "double on the host: L A cos cos / r^2",
+              "|error| of a pixel in standard errors", worst, 5,
+              "hemispheres of 16 x 64 rays alone: one in 770 finds it (A / pi r^2 x 1024)");
 }
 
 // ---- surfaces in one place
@@ -251,6 +253,7 @@ Mean indirect_of(const Scene& scene, RenderSettings settings, int seeds, std::si
 }
 RenderSettings hemisphere_settings(Method method, int m, int n, int spp) {
     RenderSettings settings = settings_of(method, spp);
+    settings.spp = spp;
     settings.hemisphere_m = m;
     settings.hemisphere_n = n;
     return settings;
@@ -258,7 +261,7 @@ RenderSettings hemisphere_settings(Method method, int m, int n, int spp) {
 
 // A hemisphere at every sample is unbiased whatever its number of directions.
 TEST(Hemispheres, SmallestAndLargestAreUnbiased) {
-    const Scene scene = cornell(8);
+    const Scene scene = cornell(6);
     std::size_t bad = 0;
     const Mean want = indirect_of(scene, settings_of(Method::path, 512), 8, &bad);
     double worst = 0;
@@ -281,7 +284,7 @@ TEST(Hemispheres, SmallestAndLargestAreUnbiased) {
 TEST(Hemispheres, SmallestAndLargestRecords) {
     const Scene scene = cornell(16);
     std::size_t bad = 0;
-    const Mean want = indirect_of(scene, hemisphere_settings(Method::irradiance, 16, 64, 4), 8, &bad);
+    const Mean want = indirect_of(scene, hemisphere_settings(Method::irradiance, 16, 64, 4), 4, &bad);
     double worst = 0;
     for (const auto& [m, n, seeds] : {std::tuple{2, 4, 8}, {64, 256, 2}}) {
         const Mean found = indirect_of(scene, hemisphere_settings(Method::irradiance, m, n, 4), seeds, &bad);
