@@ -76,7 +76,9 @@ private:
             add_samples(0);
             return;
         }
-        level_ = std::clamp(levels_a_halving * std::log2(error_of_draft / (aim * goal_)), 0.0, highest_level);
+        // What the scene needs is not known yet; and the first step is done whatever the time limit.
+        level_ = std::clamp(levels_a_halving * std::log2(error_of_draft / (aim * goal_)), 0.0,
+                            settings_.time_limit > 0 ? 0.5 : 2.5);
         apply();
         // Not before now: what it sets up depends on the settings.
         caching_ = std::make_unique<CachingRenderer>(run_);
