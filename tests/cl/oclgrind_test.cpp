@@ -36,6 +36,13 @@ const Names kRadianceHarmonics = [] {
 const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "shade_pixels"};
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
+const Names kProbes{"find_lamps", "probe_pixels"};
+const Names kPoints{"trace_grid_paths",  "merge_grid_level",   "count_grid_answers", "grid_means",
+                    "irradiance_points", "sample_hemispheres", "insert_records"};
+Names with_lamps(Names names) {  // --aov all: counted
+    names.insert("find_lamps");
+    return names;
+}
 const Names kTraversal{"test_closest", "test_occluded", "test_tile", "test_tile_occluded"};
 const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "formula_ellipse",
                       "formula_frame",  "formula_ggx",    "formula_harmonics", "formula_hemisphere",
@@ -252,8 +259,8 @@ const std::vector<std::string> kOtherRules{"--width",
                                            "--grid-paths",
                                            "32"};
 
-TEST_F(Oclgrind, IrradianceOfAWholeSceneCpu) { render(whole_scene(), "cpu", kOtherRules, kIrradiance); }
-TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) { render(whole_scene(), "gpu", kOtherRules, kIrradiance); }
+TEST_F(Oclgrind, IrradianceOfAWholeSceneCpu) { render(whole_scene(), "cpu", kOtherRules, with_lamps(kIrradiance)); }
+TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) { render(whole_scene(), "gpu", kOtherRules, with_lamps(kIrradiance)); }
 
 TEST_F(Oclgrind, IrradianceWithoutRefinements) {
     render(project_scene("furnace"), "cpu",
@@ -286,8 +293,8 @@ TEST_F(Oclgrind, Gather) {
     render(project_scene("cornell-box"), "cpu", options, kGather);
     std::vector<std::string> more = options;
     more.insert(more.end(), {"--aov", "all", "--direct-mis", "off"});
-    render(whole_scene(), "cpu", more, kGather);
-    render(whole_scene(), "gpu", more, kGather);
+    render(whole_scene(), "cpu", more, with_lamps(kGather));
+    render(whole_scene(), "gpu", more, with_lamps(kGather));
 }
 
 TEST_F(Oclgrind, Path) {
@@ -297,9 +304,19 @@ TEST_F(Oclgrind, Path) {
             render(project_scene(scene), traversal, {"--method", "path", "--width", "5", "--height", "4", "--spp", "1"},
                    kPath);
         render(whole_scene(), traversal,
-               {"--method", "path", "--width", "5", "--height", "4", "--spp", "2", "--aov", "all"}, kPath);
+               {"--method", "path", "--width", "5", "--height", "4", "--spp", "2", "--aov", "all"}, with_lamps(kPath));
     }
 }
+
+TEST_F(Oclgrind, Points) {
+    std::ofstream(in_folder("points.csv")) << "0,-0.9,0.2,0,1,0\n0.1,-0.9,0.2,0,1,0\n";
+    check(RENDER,
+          {project_scene("cornell-box"), "--points", in_folder("points.csv"), "-o", in_folder("e.csv"), "--traversal",
+           "cpu", "--threads", "1", "--hemisphere", "4x8", "--grid-paths", "64", "--width", "4", "--height", "4"},
+          kPoints);
+}
+
+TEST_F(Oclgrind, Probes) { check(TEST_RENDER, {"--gtest_filter=ErrorProbes.AskEveryKernel*"}, kProbes); }
 
 // ---- kernels that only tests launch, by those tests ----------------------------------------------------------------
 
