@@ -42,12 +42,12 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
         lobe_points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, true);
 #endif
     if (!is_diffuse(f)) return;
-    const float footprint = pixel_footprint(info, seen.direction, seen.depth, f->ng);
-    const float reach = narrow_reach(&s, &cache_parameters, f, footprint);
+    ShadingPoint q = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
+    const float reach = narrow_reach(&s, &cache_parameters, f, q.footprint);
     if (cache_covers(&cache, f->p, f->ns, coat_of(f), reach)) return;
-    points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
     if (reach < IR_INFINITY) {
-        points[block].largest = reach;
-        points[block].least = cache_parameters.gap_least * footprint;
+        q.largest = reach;
+        q.least = cache_parameters.gap_least * q.footprint;
     }
+    points[block] = q;
 }

@@ -11,7 +11,7 @@ IR_KERNEL void find_point_misses(IR_CACHE_ARGS, IR_GLOBAL ShadingPoint* points, 
     IR_CACHE_INIT(cache);
     const uint i = indices[IR_GLOBAL_ID];
     const ShadingPoint q = points[i];
-    if (cache_covers(&cache, make_real3(q.px, q.py, q.pz), make_real3(q.nx, q.ny, q.nz), 0u))
+    if (cache_covers(&cache, make_real3(q.px, q.py, q.pz), make_real3(q.nx, q.ny, q.nz), 0u, IR_INFINITY))
         points[i].state = IR_POINT_NONE;
 }
 

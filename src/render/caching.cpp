@@ -56,7 +56,7 @@ CacheSettings cache_settings(const Run& run, float accuracy) {
     c.placement_stretch = s.overlap;
     if (s.reach_limit) {
         c.gap_least = std::min(gap_least, c.min_spacing);
-        c.gap_reach = s.max_spacing * s.overlap;
+        c.gap_reach = 2 * c.min_spacing;  // wider places are seen by the hemispheres of records around
     }
     return c;
 }

@@ -52,7 +52,7 @@ public:
                 run_.phase("probes");
                 ++steps_;
                 kept.reset();
-                if (target_ > 0 ? found.rel_rmse.high <= target_ : run_.elapsed() > limit) break;
+                if (target_ > 0 ? meets(found) : run_.elapsed() > limit) break;
                 if (limit < std::numeric_limits<double>::infinity()) kept = film_;
                 if (target_ <= 0) goal_ = std::clamp(0.6 * found.rel_rmse.value, 1e-4, goal_);
                 if (!next_step(found)) break;
@@ -65,11 +65,15 @@ public:
         run_.stop_after(std::numeric_limits<double>::infinity());
         report.target = target_;
         report.steps = steps_;
-        report.reached = target_ > 0 && report.rel_rmse.high <= target_ && report.probes > 0;
+        report.reached = target_ > 0 && report.probes > 0 && meets(report);
         return pixels_;
     }
 
 private:
+    [[nodiscard]] bool meets(const ErrorReport& found) const {
+        return found.rel_rmse.high <= target_ && found.doubt.empty();
+    }
+
     void first_step() {
         if (!caches_) {
             run_.set_spp(first_spp);
@@ -113,13 +117,15 @@ private:
         for (;;) {
             const ErrorReport report = probes_->report(film_);
             const auto [square, deviation] = probes_->squared_error(film_);
-            if (report.rel_rmse.high <= goal_ || report.rel_rmse.low > goal_) return report;
+            const bool doubted = !report.doubt.empty();
+            if (!doubted && (report.rel_rmse.high <= goal_ || report.rel_rmse.low > goal_)) return report;
+            if (doubted && probes_->seconds() > 0.5 * run_.elapsed()) return report;
             // The deviation falls as the root of the probes' time. Where a better picture costs less than knowing that
             // this one is good enough, there is no use in more probes.
             const double room = allowed - square, times = 2 * deviation / std::max(room, 1e-3 * allowed);
             const double seconds = (times * times - 1) * probes_->seconds();
             const bool good = square < 0.8 * allowed;
-            if (good ? seconds > 0.5 * run_.elapsed() : square - deviation > 0.5 * allowed) return report;
+            if (!doubted && (good ? seconds > 0.5 * run_.elapsed() : square - deviation > 0.5 * allowed)) return report;
             spend(*probes_, film_, std::clamp(seconds, 0.03 * run_.elapsed(), probe_share * run_.elapsed()), error);
         }
     }

@@ -37,8 +37,8 @@ const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "s
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kProbes{"find_lamps", "probe_pixels"};
-const Names kPoints{"trace_grid_paths",  "merge_grid_level",   "count_grid_answers", "grid_means",
-                    "irradiance_points", "sample_hemispheres", "insert_records"};
+const Names kPoints{"trace_grid_paths",  "merge_grid_level", "count_grid_answers", "grid_means",
+                    "find_point_misses", "point_irradiance", "sample_hemispheres", "insert_records"};
 Names with_lamps(Names names) {  // --aov all: counted
     names.insert("find_lamps");
     return names;
@@ -227,8 +227,11 @@ protected:
 const std::vector<std::string> kTwoTiles{"--width", "8", "--height",     "4", "--hemisphere", "4x8",
                                          "--spp",   "2", "--grid-paths", "64"};
 
-TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance); }
-TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance); }
+// With a grid without the check for uninitialised memory: oclgrind 21.10 then takes points for uninitialised that the
+// same find_misses has written whole, and that it takes for initialised where there is no grid (below), and from there
+// everything.
+TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance, false); }
+TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance, false); }
 
 TEST_F(Oclgrind, IrradianceWithoutGrid) {
     std::vector<std::string> options = kTwoTiles;
@@ -259,8 +262,12 @@ const std::vector<std::string> kOtherRules{"--width",
                                            "--grid-paths",
                                            "32"};
 
-TEST_F(Oclgrind, IrradianceOfAWholeSceneCpu) { render(whole_scene(), "cpu", kOtherRules, with_lamps(kIrradiance)); }
-TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) { render(whole_scene(), "gpu", kOtherRules, with_lamps(kIrradiance)); }
+TEST_F(Oclgrind, IrradianceOfAWholeSceneCpu) {
+    render(whole_scene(), "cpu", kOtherRules, with_lamps(kIrradiance), false);
+}
+TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) {
+    render(whole_scene(), "gpu", kOtherRules, with_lamps(kIrradiance), false);
+}
 
 TEST_F(Oclgrind, IrradianceWithoutRefinements) {
     render(project_scene("furnace"), "cpu",
@@ -356,7 +363,7 @@ TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
     for (const Names& names :
          {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes, kGrid,
-          kShapes, kLights, kBsdfs, kTextures, kRadianceHarmonics, kRadianceTests})
+          kShapes, kLights, kBsdfs, kTextures, kRadianceHarmonics, kRadianceTests, kProbes, kPoints})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {

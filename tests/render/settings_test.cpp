@@ -106,7 +106,7 @@ TEST(Size, OddPicturesAreComplete) {
             const RenderResult r = render(load(project_scene("cornell-box.xml"), {}, w, h), device, s);
             EXPECT_EQ(r.image.width, w);
             EXPECT_EQ(r.image.height, h);
-            ASSERT_EQ(r.image.layers.size(), 7u);
+            ASSERT_EQ(r.image.layers.size(), 8u);
             for (const Layer& l : r.image.layers) {
                 EXPECT_EQ(l.data.size(), static_cast<std::size_t>(w * h * l.channels)) << l.name;
                 for (const float x : l.data) EXPECT_TRUE(std::isfinite(x)) << l.name;
