@@ -28,8 +28,9 @@ public:
     /// Pixels where `counted` is 0 take no more than `spp` samples, whatever their error is.
     void spare(std::vector<std::uint8_t> counted, std::uint32_t spp);
 
-    /// Mean over pixels, those not spared, of the squared standard errors, relative to the squared mean of the picture.
-    /// 0 as long as no pixel has taken two passes.
+    /// Mean over pixels, those not spared, of the squared standard errors, relative to the squared mean of the picture;
+    /// 0 as long as no pixel has taken two passes. Up to a half too low: pixels stop where they are estimated so by
+    /// chance.
     [[nodiscard]] double squared_noise() const;
 
 private:

@@ -25,8 +25,8 @@ struct Estimate {
 Estimate stratified_estimate(std::size_t strata, const std::vector<Draw>& draws);
 
 /// 95 % interval of a mean, by Student's distribution, with the first correction for skewness (Hall, "On the removal of
-/// skewness by transformation", J. R. Statist. Soc. B 54, 1992): squared errors are skewed, and without it the interval ends
-/// too low.
+/// skewness by transformation", J. R. Statist. Soc. B 54, 1992): squared errors are skewed, and without it the interval
+/// ends too low.
 Interval interval_of(const Estimate& estimate);
 
 /// Quantile .975 of Student's distribution (below 3 degrees of freedom that of 3).

@@ -78,6 +78,11 @@ public:
         return out;
     }
     [[nodiscard]] const RecordCache& cache() const { return cache_; }
+    void rescale(float factor, float size, float inverse_angle) {
+        CacheSettings s = settings(size);
+        s.inverse_angle = inverse_angle;
+        cache_.rescale(factor, s);
+    }
 
 private:
     static CacheSettings settings(float size) {
@@ -166,6 +171,20 @@ TEST(RecordCache, AnEmptyCacheCoversNothing) {
     const auto records = random_records(1, 1, 8);
     Cache cache({}, 1, 1);
     for (const float x : cache.look_up(points_near(records, 16, 1, 9), false)) EXPECT_EQ(x, 0.0f);
+}
+
+// Records with their supports scaled are those that would have been entered with such supports.
+TEST(RecordCache, RescaledRecordsAreThoseOfTheOtherSize) {
+    constexpr float size = 4, factor = .375f;
+    const std::vector<Record> records = random_records(3000, size, 17);
+    std::vector<Record> small = records;
+    for (Record& r : small) r.key.support1 *= factor, r.key.support2 *= factor;
+    Cache rescaled(records, size, 500), other(small, size, 500);
+    const std::vector<float> points = points_near(small, 4000, size, 18);
+    EXPECT_NE(rescaled.look_up(points, false), other.look_up(points, false));
+    rescaled.rescale(factor, size, 5);
+    EXPECT_EQ(rescaled.look_up(points, false), other.look_up(points, false));
+    EXPECT_EQ(rescaled.cache().octree().entries, other.cache().octree().entries);
 }
 
 }  // namespace

@@ -107,6 +107,55 @@ TEST(SampleSchedule, ALampInViewDoesNotCount) {
     EXPECT_GT(a, .8 * b);  // by the plain mean, 7.9, it would be the least, an eighth
 }
 
+// What is allowed later on is taken from the samples that are there: the same numbers as if it had been allowed at
+// once.
+TEST(SampleSchedule, LessMayBeAllowedLaterOn) {
+    std::vector<double> deviation(edge * edge);
+    for (std::size_t i = 0; i < deviation.size(); ++i) deviation[i] = i % edge < edge / 2 ? .05 : .8;
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    Film film(edge, edge, false);
+    SampleSchedule schedule(edge, edge, 1 << 12, .1);
+    std::vector<double> taken(deviation.size(), 0.0);
+    const auto sample = [&] {
+        for (; !schedule.pixels().empty(); schedule.advance(film)) {
+            const std::uint32_t n = schedule.end() - schedule.first();
+            std::vector<float> sums;
+            for (const std::uint32_t i : schedule.pixels()) {
+                EXPECT_EQ(taken[i], schedule.first());  // no sample is taken twice, none is left out
+                taken[i] += n;
+                const double sum = n + std::sqrt(double{1} * n) * deviation[i] * normal(random);
+                for (const double share : {1., 1., 1., 0., 0., 0.}) sums.push_back(static_cast<float>(sum * share));
+            }
+            film.add(sums, schedule.pixels(), n);
+        }
+    };
+    const auto noise = [&] {  // true mean squared error of the film's pixels
+        double square = 0;
+        for (std::size_t i = 0; i < taken.size(); ++i) square += (film.luminance(i) - 1) * (film.luminance(i) - 1);
+        return square / static_cast<double>(taken.size());
+    };
+    sample();
+    EXPECT_LE(std::sqrt(noise()), .1);
+    // Too low: pixels stop where they are estimated so by chance.
+    EXPECT_LT(schedule.squared_noise(), noise());
+    EXPECT_GT(schedule.squared_noise(), .4 * noise());
+    const std::vector<double> before = taken;
+    schedule.allow(film, 1 << 12, .025);
+    sample();
+    EXPECT_LE(std::sqrt(noise()), .025);
+    // Too low: pixels stop where they are estimated so by chance.
+    EXPECT_LT(schedule.squared_noise(), noise());
+    EXPECT_GT(schedule.squared_noise(), .4 * noise());
+    double quiet = 0, noisy = 0;
+    for (std::size_t i = 0; i < taken.size(); ++i) {
+        EXPECT_GE(taken[i], before[i]);
+        (i % edge < edge / 2 ? quiet : noisy) += taken[i] / (edge * edge / 2);
+    }
+    EXPECT_LT(quiet, 64);
+    EXPECT_GT(noisy, 500);  // (.8 / .025)^2 = 1024, doubled at most, and stopped early by chance
+}
+
 // In a picture: the error against one with all samples is what was allowed, at a fraction of the samples, and the mean
 // is the same. (The records are the same too: what differs is samples alone.)
 TEST(SampleSchedule, PicturesTakeFewerSamplesAtTheErrorAllowed) {
