@@ -25,13 +25,16 @@ IR_FN bool known_vertex(const SceneData* s, PathState* path, const bool roulette
 }
 
 // The same for paths[i], i < count, whose light samples take random numbers u[i], v[i] and whose BSDF samples the random
-// numbers (seed, stream, indices[i]). direct[i]: the direct light; bit i of the result: its glossy part goes on.
+// numbers (seed, stream, indices[i]). direct[i]: the direct light; bit i of the result: its glossy part goes on. `known`:
+// direct light is known already, and only the glossy parts' way is wanted.
 IR_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, const float* u, const float* v, uint seed,
-                       uint stream, const uint* indices, real3* direct, RayCount* rays) {
+                       uint stream, const uint* indices, const bool known, real3* direct, RayCount* rays) {
     float ox[IR_TILE], oy[IR_TILE], oz[IR_TILE], dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], t_max[IR_TILE];
     uint lane[IR_TILE], used = 0u, on = 0u;
     for (uint i = 0; i < count; ++i) {
         const Surface* f = &paths[i].surface;
+        direct[i] = black();
+        if (known) continue;
         const LightSample l = sample_light(s, f->p, f->ns, u[i], v[i]);
         direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, wants_bsdf_sample(f));
         if (is_zero(direct[i])) continue;
@@ -57,7 +60,7 @@ IR_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, const f
         if ((occluded >> i) & 1u) direct[lane[i]] = black();
 #endif
     for (uint i = 0; i < count; ++i) {
-        if (!wants_bsdf_sample(&paths[i].surface)) continue;
+        if (!(known ? is_glossy(&paths[i].surface) : wants_bsdf_sample(&paths[i].surface))) continue;
         Rng rng = rng_make(seed ^ 0x6469726du, stream, indices[i]);
         if (path_bounce(s, &paths[i], true, false, &rng, rays, &direct[i])) on |= 1u << i;
     }

@@ -97,7 +97,7 @@ IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* su
             radiance[i] = path_radiance(s, grid, path_from(surfaces[i], hits[i].t), edges, false, &rngs[i], rays);
 #if IR_GRID
     real3 direct[IR_TILE];
-    const uint on = direct_tile(s, answered, answers, u, v, seed, record, indices, direct, rays);
+    const uint on = direct_tile(s, answered, answers, u, v, seed, record, indices, false, direct, rays);
     for (uint i = 0; i < answers; ++i) {
         radiance[from[i]] += direct[i];
         if (!((on >> i) & 1u)) continue;

@@ -73,9 +73,10 @@ IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState*
 }
 
 // Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
-// surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light.
+// surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light. `known`: direct
+// light is known, what sum->direct gets is not all of it.
 IR_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches, uint pixel, uint first, uint count, uint edges, uint seed,
-                      PixelSum* sum, TileSample* samples, RayCount* rays) {
+                      const bool known, PixelSum* sum, TileSample* samples, RayCount* rays) {
     CameraTile tile;
     float light_u[IR_TILE], light_v[IR_TILE];
     PathState paths[IR_TILE];  // those that reflect, with their light samples' random numbers moved down beside them
@@ -111,7 +112,7 @@ IR_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches
         indices[lit++] = first + i;
     }
     real3 direct[IR_TILE];
-    const uint on = direct_tile(s, paths, lit, light_u, light_v, seed, pixel, indices, direct, rays);
+    const uint on = direct_tile(s, paths, lit, light_u, light_v, seed, pixel, indices, known, direct, rays);
     for (uint i = 0; i < lit; ++i) {
         sum->direct += direct[i];
         if (!((on >> i) & 1u)) continue;

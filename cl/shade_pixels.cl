@@ -4,12 +4,16 @@
 // A patch that no record reaches stays without indirect light; the first such place of a pixel is left in `points`, and
 // the host has a record made there and the pixel shaded anew. What is seen through mirrors and glass, whose curvature
 // may scatter a pixel's samples over the scene, takes a sample of its irradiance instead, and so does everything once
-// `requests` is 0.
+// requests are off.
 #include "cache.h"
 #include "shade.h"
 #if IR_LOBES
 #include "lobe_patch.h"
 #endif
+
+// Flags of shade_pixels.
+#define IR_SHADE_REQUESTS 1u      // pixels that miss a record ask for it; otherwise they take samples
+#define IR_SHADE_KNOWN_DIRECT 2u  // the film knows their direct light: it is not sampled
 
 // A patch: the samples of a tile that share a look-up.
 typedef struct Patch {
@@ -75,7 +79,7 @@ IR_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Grid* gr
 IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL const GridCell* grid_cells,
                             GridParameters grid_parameters, IR_GLOBAL const uint* pixels, IR_GLOBAL float* film,
                             IR_GLOBAL ShadingPoint* points, IR_GLOBAL uint* ray_counts, uint pixel_count,
-                            uint first_sample, uint sample_count, uint edges, uint requests, uint seed) {
+                            uint first_sample, uint sample_count, uint edges, uint flags, uint seed) {
     const uint slot = IR_GLOBAL_ID;
     if (slot >= pixel_count) return;
     IR_SCENE_INIT(s);
@@ -84,6 +88,7 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
     grid.parameters = &grid_parameters;
     grid.cells = grid_cells;
     const uint pixel = pixels[slot];
+    const bool requests = (flags & IR_SHADE_REQUESTS) != 0u;
     PixelSum sum;
     pixel_clear(&sum);
     RayCount rays;
@@ -104,18 +109,18 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
     for (uint i = 0; i < sample_count; i += IR_TILE) {
         TileSample samples[IR_TILE];
         const uint first = first_sample + i, count = min((uint)IR_TILE, sample_count - i);
-        shade_tile(&s, &grid, &caches, pixel, first, count, edges, seed, &sum, samples, &rays);
+        shade_tile(&s, &grid, &caches, pixel, first, count, edges, seed, (flags & IR_SHADE_KNOWN_DIRECT) != 0u, &sum, samples, &rays);
         if (edges < 2u) continue;
         Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);
         uint uncovered;
-        sum.indirect += indirect_tile(&s, &cache, &grid, samples, count, requests != 0u, edges_left(edges, 1u), &rng,
+        sum.indirect += indirect_tile(&s, &cache, &grid, samples, count, requests, edges_left(edges, 1u), &rng,
                                       &uncovered, &rays);
         if (uncovered < count && !missed) {
             points[slot] = sample_point(&s, &samples[uncovered], pixel);
             missed = true;
         }
 #if IR_LOBES
-        sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests != 0u, edges_left(edges, 1u), &rng, &memo,
+        sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests, edges_left(edges, 1u), &rng, &memo,
                                    &uncovered, &rays);
         if (uncovered < count && !lobe_missed) {
             lobe_points[slot] = make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,

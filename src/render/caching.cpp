@@ -32,7 +32,7 @@ namespace {
 
 constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
-constexpr std::uint32_t record_rounds = 24;  // after so many, samples that still find no record are path traced
+constexpr std::uint32_t record_rounds = 48;  // after so many, samples that still find no record are path traced
 constexpr std::uint32_t disagreement_rounds = 2;
 constexpr std::uint32_t disagreement_salt = record_rounds, rounds_a_view = disagreement_salt + disagreement_rounds + 1;
 constexpr float gap_least = 0.5f;      // footprints: support of a record in a narrow place
@@ -103,7 +103,7 @@ public:
         schedule_.emplace(static_cast<int>(run_.scene.info.width), static_cast<int>(run_.scene.info.height), run_.spp(),
                           run_.settings.pixel_error);
         if (!counted_.empty()) schedule_->spare(counted_, spared_spp_);
-        return shade(film, known);
+        return shade(film, known, 1);
     }
 
     void spare(std::vector<std::uint8_t> counted, std::uint32_t spp) {
@@ -120,14 +120,28 @@ public:
             radiance_->rescale(factor, radiance_settings(run_));
         else if (radiance_)
             radiance_.emplace(run_, radiance_settings(run_));
-        for (std::uint32_t i = 0; i < pixels_; ++i) film.clear(i);
-        return render(film);
+        const Known known = this->known();
+        if (run_.edges_beyond_camera() >= 2) {
+            place_records();
+            settle_disagreements();
+            run_.phase("records");
+        }
+        // What the samples have seen and their direct light stay. Their indirect light is looked up anew.
+        std::map<std::uint32_t, std::vector<std::uint32_t>> by_samples;
+        for (std::uint32_t i = 0; i < pixels_; ++i) {
+            film.clear_indirect(i);
+            by_samples[static_cast<std::uint32_t>(film.samples(i))].push_back(i);
+        }
+        std::uint32_t round = 1;
+        for (const auto& [samples, pixels] : by_samples) shade_pass(film, pixels, 0, samples, true, round);
+        schedule_->allow(film, run_.spp(), run_.settings.pixel_error);
+        return shade(film, known, round);
     }
 
     std::vector<std::uint32_t> sample_more(Film& film) {
         const Known known = this->known();
         schedule_->allow(film, run_.spp(), run_.settings.pixel_error);
-        return shade(film, known);
+        return shade(film, known, 1);
     }
 
     [[nodiscard]] double squared_noise() const { return schedule_ ? schedule_->squared_noise() : 0; }
@@ -166,10 +180,10 @@ private:
     };
     [[nodiscard]] Known known() const { return {cache_.size(), radiance_ ? radiance_->records().size() : 0}; }
 
-    // Whatever the schedule wants; the pixels of records made since `known`.
-    std::vector<std::uint32_t> shade(Film& film, const Known& known) {
-        std::uint32_t round = 1;
-        for (; !schedule_->pixels().empty(); schedule_->advance(film)) shade_pass(film, *schedule_, round);
+    // Whatever the schedule wants; the pixels of records made since `known`. `round`: the next one of this rendering.
+    std::vector<std::uint32_t> shade(Film& film, const Known& known, std::uint32_t round) {
+        for (; !schedule_->pixels().empty(); schedule_->advance(film))
+            shade_pass(film, schedule_->pixels(), schedule_->first(), schedule_->end(), false, round);
         run_.phase("shade");
         ++views_;
         RenderStatistics& s = run_.statistics;
@@ -335,7 +349,7 @@ private:
 
     // Adds samples [begin, end) of `pixels` to the film; `missed` of irradiance, and of radiance.
     void shade_pixels(Film& film, const std::vector<std::uint32_t>& pixels, std::uint32_t begin, std::uint32_t end,
-                      bool requests, Missed& missed, Missed& missed_lobes) {
+                      bool requests, bool known, Missed& missed, Missed& missed_lobes) {
         // On diffuse surfaces only what finds no record goes on as a path.
         if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
         Launch& launch = this->launch(film);
@@ -361,11 +375,11 @@ private:
                     .arg(sample)
                     .arg(samples)
                     .arg(run_.edges_beyond_camera())
-                    .arg(requests ? 1u : 0u)
+                    .arg((requests ? 1u : 0u) | (known ? 2u : 0u))  // IR_SHADE_* of cl/shade_pixels.cl
                     .arg(run_.seed())
                     .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
                 run_.device.read(launch.film, launch.sums.data(), part.size() * film.channels() * sizeof(float));
-                film.add(launch.sums, part, samples);
+                known ? film.add_indirect(launch.sums, part) : film.add(launch.sums, part, samples);
                 // The points, 80 bytes a pixel, are read where there are any.
                 if (run_.collect_rays() > 0) {
                     add_missed(launch.points, part, launch, missed, seen);
@@ -400,22 +414,26 @@ private:
     }
 
     // One pass. A pixel that misses a record gets it and is shaded anew, from its first sample on.
-    void shade_pass(Film& film, const SampleSchedule& schedule, std::uint32_t& round) {
-        std::vector<std::uint32_t> pixels = schedule.pixels();
+    // `known`: the film has all but the samples' indirect light.
+    void shade_pass(Film& film, std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end, bool known,
+                    std::uint32_t& round) {
         Made made, made_lobes;
-        for (std::uint32_t begin = schedule.first(); !pixels.empty(); begin = 0, ++round) {
+        for (std::uint32_t begin = first; !pixels.empty(); begin = 0) {
             Missed missed, missed_lobes;
-            shade_pixels(film, pixels, begin, schedule.end(), round < record_rounds, missed, missed_lobes);
+            shade_pixels(film, pixels, begin, end, round < record_rounds, known, missed, missed_lobes);
             const RecordStack stack = choose(missed, made), lobe_stack = choose(missed_lobes, made_lobes);
             if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round));
             if (!lobe_stack.empty())
                 make_lobe_records(run_.device.upload(missed_lobes.points), lobe_stack, salt(round));
-            if (!stack.empty() || !lobe_stack.empty()) ++run_.statistics.iterations;
+            if (!stack.empty() || !lobe_stack.empty()) {
+                ++run_.statistics.iterations;
+                ++round;
+            }
             pixels = missed.pixels;
             pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
             std::sort(pixels.begin(), pixels.end());
             pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
-            for (const std::uint32_t pixel : pixels) film.clear(pixel);
+            for (const std::uint32_t pixel : pixels) known ? film.clear_indirect(pixel) : film.clear(pixel);
         }
     }
 

@@ -25,6 +25,14 @@ void Film::add(const std::vector<float>& sums, const std::vector<std::uint32_t>&
     for (std::size_t i = 0; i < pixels.size(); ++i) add_pixel(&sums[i * channels_], pixels[i], samples);
 }
 
+void Film::add_indirect(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels) {
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+        for (std::size_t c = 3; c < 6; ++c)
+            sum_[pixels[i] * channels_ + c] += static_cast<double>(sums[i * channels_ + c]);
+}
+
+void Film::clear_indirect(std::uint32_t pixel) { std::fill_n(&sum_[pixel * channels_ + 3], 3, 0.0); }
+
 void Film::clear(std::uint32_t pixel) {
     std::fill_n(&sum_[pixel * channels_], channels_, 0.0);
     count_[pixel] = 0;

@@ -20,6 +20,11 @@ public:
     void add(const std::vector<float>& sums, std::size_t first, std::size_t count, std::uint32_t samples);
     /// ... or to pixel pixels[i].
     void add(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples);
+    /// Indirect light of samples whose other channels the film holds already, after clear_indirect().
+    void add_indirect(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels);
+    void clear_indirect(std::uint32_t pixel);
+    /// Samples that pixel i has gathered.
+    [[nodiscard]] std::uint64_t samples(std::uint32_t pixel) const { return count_[pixel]; }
     /// Forgets what pixel i has gathered.
     void clear(std::uint32_t pixel);
 

@@ -39,7 +39,8 @@ public:
     /// Pixels where `counted` is 0 take no more than `spp` samples.
     void spare(std::vector<std::uint8_t> counted, std::uint32_t spp);
     /// run.settings have changed and ask for supports that are `factor` times as large, and for better records: those
-    /// that are there stay, with their supports so scaled. The view is then rendered anew, as by render().
+    /// that are there stay, with their supports so scaled. Of the film's samples only indirect light is looked up anew;
+    /// they become as many as are asked for.
     std::vector<std::uint32_t> refine(Film& film, float factor);
     /// run.settings and run.spp() have changed and ask for more samples: adds them to the film that render() has left.
     std::vector<std::uint32_t> sample_more(Film& film);

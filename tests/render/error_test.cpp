@@ -7,6 +7,7 @@
 
 #include "irradia/Error.h"
 #include "render/lamps.h"
+#include "render/methods.h"
 #include "room.h"
 
 namespace irradia::test {
@@ -327,6 +328,42 @@ TEST(TargetError, TimeLimitsEndTheSearchAndSaySo) {
     EXPECT_TRUE(best.error->time_is_up);
     EXPECT_GE(best.error->steps, 1);
     EXPECT_GT(best.error->rel_rmse.high, 0);
+}
+
+// When records change, a film's samples keep their direct light to the last bit, and their indirect light becomes what
+// the new records make of them.
+TEST(TargetError, RefinedFilmsShowTheNewRecords) {
+    const Scene scene = load_text(room(grey_floor, ""));
+    Device device({});
+    for (const Method method : {Method::irradiance, Method::radiance}) {
+        RenderSettings s;
+        s.method = method;
+        s.accuracy = .6f;
+        s.spp = 24;
+        irradia::Run run(scene, device, s, no_progress);
+        CachingRenderer caching(run);
+        Film refined(64, 64, false);
+        caching.render(refined);
+        const std::uint64_t few = run.statistics.records;
+        const Film before = refined;
+        s.accuracy = .2f;
+        caching.refine(refined, .2f / .6f);
+        EXPECT_GT(run.statistics.records, 2 * few);
+        Film anew(64, 64, false);
+        caching.render(anew);  // the same records: none is missing any more
+        double changed = 0, different = 0, sum = 0;
+        for (std::size_t i = 0; i < refined.pixels(); ++i) {
+            ASSERT_EQ(refined.samples(static_cast<std::uint32_t>(i)), 24u);
+            for (std::size_t c = 0; c < 3; ++c) {
+                ASSERT_EQ(refined.mean(i, c), before.mean(i, c));
+                changed += std::abs(refined.mean(i, 3 + c) - before.mean(i, 3 + c));
+                different += std::abs(refined.mean(i, 3 + c) - anew.mean(i, 3 + c));
+                sum += anew.mean(i, 3 + c);
+            }
+        }
+        EXPECT_GT(changed / sum, .003);                  // there is something to see
+        EXPECT_LT(different / sum, .1 * changed / sum);  // records that shading made last serve pixels done before, too
+    }
 }
 
 TEST(TargetError, AViewAtATimeIsRefusedWithOne) {
