@@ -75,7 +75,9 @@ ErrorProbes::ErrorProbes(Run& run, const Film& film)
     counted_pixels_ = static_cast<double>(std::count(counted_.begin(), counted_.end(), 1));
 }
 
+// Progress is reported, which may end the search, only where nothing is half done.
 void ErrorProbes::add_waves(std::size_t waves) {
+    run_.report("probes", 1);
     const std::size_t first = probes_.size();
     // A generator of its own a wave, so that probes do not depend on how many are asked for at once.
     for (std::size_t wave = 0; wave < waves; ++wave) {
@@ -91,6 +93,7 @@ void ErrorProbes::add_waves(std::size_t waves) {
 
 void ErrorProbes::raise_batches(std::uint32_t batches) {
     if (batches <= batches_) return;
+    run_.report("probes", 1);
     trace(0, probes_.size(), batches_, batches - batches_);
     batches_ = batches;
 }
@@ -120,7 +123,6 @@ void ErrorProbes::trace(std::size_t first_probe, std::size_t count, std::uint32_
             .run(group_count(n * batches, group), group);
         run_.device.read(buffer, sums.data(), n * batches * 6 * sizeof(float));
         run_.collect_rays();
-        run_.report("probes", 1);
         for (std::size_t i = 0; i < n; ++i) {
             Probe& p = probes_[first_probe + first + i];
             for (std::size_t b = 0; b < batches; ++b) {

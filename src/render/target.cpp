@@ -43,7 +43,8 @@ public:
                                                       : std::numeric_limits<double>::infinity();
         first_step();
         probes_ = std::make_unique<ErrorProbes>(run_, film_);
-        std::optional<Film> kept;  // the last one whose error is known
+        spend(*probes_, film_, probe_share * run_.elapsed(), aim * goal_);  // something is always known of it
+        std::optional<Film> kept;                                           // the last one whose error is known
         run_.stop_after(limit);
         try {
             for (;;) {
@@ -59,13 +60,13 @@ public:
             }
         } catch (const Run::TimeIsUp&) {
             if (kept) film_ = *kept;
-            if (steps_ == 0) report = probes_->waves() > 0 ? probes_->report(film_) : ErrorReport{};
+            if (steps_ == 0) report = probes_->report(film_);
             report.time_is_up = true;
         }
         run_.stop_after(std::numeric_limits<double>::infinity());
         report.target = target_;
         report.steps = steps_;
-        report.reached = target_ > 0 && report.probes > 0 && meets(report);
+        report.reached = target_ > 0 && meets(report);
         return pixels_;
     }
 
@@ -113,7 +114,6 @@ private:
     // The error, by as many probes as it takes to tell whether it is below the goal, or that it is not worth it.
     ErrorReport look() {
         const double error = aim * goal_, allowed = goal_ * goal_;
-        if (probes_->waves() == 0) spend(*probes_, film_, probe_share * run_.elapsed(), error);
         for (;;) {
             const ErrorReport report = probes_->report(film_);
             const auto [square, deviation] = probes_->squared_error(film_);

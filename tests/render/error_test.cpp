@@ -323,6 +323,15 @@ TEST(TargetError, TimeLimitsEndTheSearchAndSaySo) {
     EXPECT_TRUE(result.error->time_is_up);
     EXPECT_FALSE(result.error->reached);
     EXPECT_GT(result.error->rel_rmse.high, 1e-4);
+    // Over as soon as the first picture is there: its error is known all the same.
+    s.time_limit = 1e-3f;
+    const RenderResult first = render(scene, device, s);
+    EXPECT_TRUE(first.error->time_is_up);
+    EXPECT_GE(first.error->probes, 256u);
+    EXPECT_GT(first.error->rel_rmse.high, .001);
+    EXPECT_LT(first.error->rel_rmse.value, .5);
+    EXPECT_LT(std::abs(first.error->mean_bias.value), .1);
+    s.time_limit = 3;
     s.target_error = 0;  // as good as can be had in this time
     const RenderResult best = render(scene, device, s);
     EXPECT_TRUE(best.error->time_is_up);
