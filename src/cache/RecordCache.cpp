@@ -25,9 +25,7 @@ RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device
     parameters_.origin_x = 0.5f * (settings.lower[0] + settings.upper[0]) - 0.5f * parameters_.size;
     parameters_.origin_y = 0.5f * (settings.lower[1] + settings.upper[1]) - 0.5f * parameters_.size;
     parameters_.origin_z = 0.5f * (settings.lower[2] + settings.upper[2]) - 0.5f * parameters_.size;
-    // Under a > 1 (1.8) would take records that face away, of a wall's other side for one.
-    parameters_.inverse_angle = std::max(settings.inverse_angle, 1.0f);
-    parameters_.in_front = settings.in_front_slope;
+    set_weights();
     parameters_.coordinate = coordinate;
     parameters_.stretch = 1;
     const shared::OctreeState empty{1, 0, 0, 0};  // node 0 is the root
@@ -35,6 +33,13 @@ RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device
     grow_records(first_records);
     grow_octree(first_nodes, first_entries);
     octree_.growths = 0;
+}
+
+// How look-ups weigh, from the settings.
+void RecordCache::set_weights() {
+    // Under a > 1 (1.8) would take records that face away, of a wall's other side for one.
+    parameters_.inverse_angle = std::max(settings_.inverse_angle, 1.0f);
+    parameters_.in_front = settings_.in_front_slope;
 }
 
 void RecordCache::grow_records(std::size_t capacity) {
@@ -155,8 +160,7 @@ void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
 
 void RecordCache::rescale(float factor, const CacheSettings& settings) {
     settings_ = settings;
-    parameters_.inverse_angle = settings.inverse_angle;
-    parameters_.in_front = settings.in_front_slope;
+    set_weights();
     if (size_ == 0) return;
     std::vector<shared::RecordKey> keys = download_keys();
     for (shared::RecordKey& k : keys) {

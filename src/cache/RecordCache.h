@@ -69,7 +69,7 @@ private:
     void enter(std::uint32_t first, std::uint32_t count);
     void enter_launch(std::uint32_t first, std::uint32_t count);
     void grow_octree(std::size_t nodes, std::size_t entries);
-    void enter(std::size_t count);
+    void set_weights();
 
     Device& device_;
     CacheSettings settings_;

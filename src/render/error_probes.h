@@ -16,9 +16,7 @@ namespace irradia {
 
 class ErrorProbes {
 public:
-    /// Finds out where the present view shows lamps, and where `film` may be wrong: half of the probes are spread
-    /// evenly, half go where a pixel differs from its neighbours, since noise and edges show there. Smooth errors are
-    /// large.
+    /// Finds out where the present view shows lamps, and where `film` is likely to be wrong.
     ErrorProbes(Run& run, const Film& film);
 
     /// More pixels: `waves` times one in every stratum, each with as many batches of paths as the others have.
@@ -39,7 +37,7 @@ public:
 
     /// The error of `film`, of the view that the probes were made for.
     [[nodiscard]] ErrorReport report(const Film& film) const;
-    /// Standard error of report()'s mean squared error, both relative to the squared mean.
+    /// The mean squared error of report() and its standard error, both relative to the squared mean.
     [[nodiscard]] std::array<double, 2> squared_error(const Film& film) const;
 
 private:
