@@ -22,11 +22,9 @@
 // gaps zero, nothing after the last. An element is the struct of include/irradia/shared/scene_types.h as it lies in
 // memory. When one of them changes its layout or meaning, kVersion has to change.
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -37,6 +35,7 @@
 
 #include "core/aside_file.h"
 #include "core/checksum.h"
+#include "core/input_file.h"
 #include "irradia/Error.h"
 #include "irradia/PackedScene.h"
 
@@ -104,47 +103,12 @@ std::uint64_t header_checksum(Header header, const std::vector<Entry>& table) {
     return checksum(table.data(), table.size() * sizeof(Entry), checksum(&header, sizeof header));
 }
 
-/// A file being read front to back.
-class Input {
-public:
-    explicit Input(const std::string& path) : path_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-        struct stat status {};
-        if (file_ < 0) throw Error(path + ": cannot be read: " + std::strerror(errno));
-        if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
-            ::close(file_);
-            throw Error(path + ": cannot be read: it is no regular file");
-        }
-        size_ = static_cast<std::uint64_t>(status.st_size);
-    }
-    ~Input() { ::close(file_); }
-    Input(const Input&) = delete;
-    Input& operator=(const Input&) = delete;
-
-    [[nodiscard]] std::uint64_t size() const { return size_; }
-    void read(void* data, std::uint64_t bytes) {
-        char* at = static_cast<char*>(data);
-        while (bytes > 0) {
-            const ssize_t done = ::read(file_, at, static_cast<std::size_t>(std::min<std::uint64_t>(bytes, 1u << 30)));
-            if (done < 0 && errno == EINTR) continue;
-            if (done < 0) throw Error(path_ + ": cannot be read: " + std::strerror(errno));
-            if (done == 0) throw Error(path_ + ": truncated: the file became shorter while it was read");
-            at += done;
-            bytes -= static_cast<std::uint64_t>(done);
-        }
-    }
-
-private:
-    std::string path_;
-    int file_;
-    std::uint64_t size_ = 0;
-};
-
 [[noreturn]] void damaged(const std::string& path, const std::string& what) {
     throw Error(path + ": damaged packed scene: " + what);
 }
 
 /// The header, once it is certain that the file is a whole one of this version.
-Header read_header(const std::string& path, Input& in) {
+Header read_header(const std::string& path, InputFile& in) {
     Header header{};
     const std::uint64_t bytes = std::min<std::uint64_t>(in.size(), sizeof header);
     in.read(&header, bytes);
@@ -165,7 +129,7 @@ Header read_header(const std::string& path, Input& in) {
     return header;
 }
 
-std::vector<Entry> read_table(const std::string& path, Input& in, const Header& header, std::size_t section_count) {
+std::vector<Entry> read_table(const std::string& path, InputFile& in, const Header& header, std::size_t section_count) {
     if (header.section_count != section_count || header.entry_bytes != sizeof(Entry))
         damaged(path, std::to_string(header.section_count) + " sections, expected " + std::to_string(section_count));
     std::vector<Entry> table(section_count);
@@ -232,7 +196,7 @@ void write_packed_scene(const std::string& path, const Scene& scene) {
 }
 
 Scene read_packed_scene(const std::string& path) {
-    Input in(path);
+    InputFile in(path);
     const Header header = read_header(path, in);
     Scene scene;
     Extra extra;

@@ -1,9 +1,4 @@
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -14,37 +9,6 @@
 
 namespace irradia {
 namespace records {
-
-Input::Input(const std::string& path) : path_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    struct stat status {};
-    if (file_ < 0) throw Error(path + ": cannot be read: " + std::strerror(errno));
-    if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) {
-        ::close(file_);
-        throw Error(path + ": cannot be read: it is no regular file");
-    }
-    size_ = static_cast<std::uint64_t>(status.st_size);
-}
-
-Input::~Input() { ::close(file_); }
-
-void Input::read(void* data, std::uint64_t bytes) {
-    char* to = static_cast<char*>(data);
-    while (bytes > 0) {
-        const ssize_t done = ::read(file_, to, static_cast<std::size_t>(std::min<std::uint64_t>(bytes, 1u << 30)));
-        if (done < 0 && errno == EINTR) continue;
-        if (done < 0) throw Error(path_ + ": cannot be read: " + std::strerror(errno));
-        if (done == 0) throw Error(path_ + ": cut off while it was read");
-        to += done;
-        at_ += static_cast<std::uint64_t>(done);
-        bytes -= static_cast<std::uint64_t>(done);
-    }
-}
-
-void Input::skip(std::uint64_t bytes) {
-    at_ += bytes;
-    if (::lseek(file_, static_cast<off_t>(at_), SEEK_SET) < 0)
-        throw Error(path_ + ": cannot be read: " + std::strerror(errno));
-}
 
 namespace {
 
@@ -67,7 +31,7 @@ std::vector<std::pair<std::string, std::string>> parse_settings(const std::strin
 
 }  // namespace
 
-OpenFile read_header(Input& in) {
+OpenFile read_header(InputFile& in) {
     const std::string& path = in.path();
     OpenFile file{};
     Header& h = file.header;
@@ -102,7 +66,7 @@ OpenFile read_header(Input& in) {
     return file;
 }
 
-std::string next_block(Input& in, const OpenFile& file, Block& block) {
+std::string next_block(InputFile& in, const OpenFile& file, Block& block) {
     const std::uint64_t seed = block_seed(file.header.checksum, in.at()), left = in.size() - in.at();
     if (left < sizeof block) return "cut off";
     in.read(&block, sizeof block);
@@ -182,7 +146,7 @@ void take_block(const std::string& path, const Block& block, const std::vector<c
 
 RecordSet read_records(const std::string& path, std::string* warning) {
     using namespace records;
-    Input in(path);
+    InputFile in(path);
     const OpenFile file = read_header(in);
     RecordSet set;
     set.origin = file.origin;

@@ -135,7 +135,7 @@ bool continues(const Records& written, const Records& now) {
 
 /// The file's header, once it is certain that it is whole and holds as much as `written`.
 OpenFile check_file(const std::string& path, const RecordSet& written) {
-    Input in(path);
+    InputFile in(path);
     const OpenFile file = read_header(in);
     std::uint64_t counts[kView + 1] = {};
     while (in.at() < in.size()) {
