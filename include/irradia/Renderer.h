@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,7 @@ enum class DirectMis {
     off         ///< light samples alone
 };
 
+class Checkpoint;
 struct RecordSet;
 
 /// Sets of settings, each measured to be quick for its error: about 3 %, 2 %, 1 % and .5 % relative RMSE on a Cornell box
@@ -136,8 +138,38 @@ RenderResult render(const Scene& scene, Device& device, const RenderSettings& se
                     const ProgressCallback& progress = {}, RecordSet* records = nullptr);
 
 /// Renders `scene` seen by one camera after the other (which replaces scene.info.camera; the film's size stays). The caches
-/// serve all of them: a view costs what it shows anew. `done` is given each picture as it is finished, with the statistics
-/// of its view (records: of all views so far; stages: of the device since it was opened).
+/// serve all of them: a view costs what it shows anew. Only with a target error or a time limit each has caches of its
+/// own. What it has been given must outlive it.
+class Renderer {
+public:
+    Renderer(const Scene& scene, Device& device, const RenderSettings& settings, ProgressCallback progress = {});
+    ~Renderer();
+    Renderer(const Renderer&) = delete;
+    Renderer& operator=(const Renderer&) = delete;
+
+    /// Records known beforehand, as render() takes them. Before the first view.
+    void load(const RecordSet& records);
+    /// Hands out all records; radiance records of `records` stay if this method knows none.
+    void store(RecordSet& records) const;
+
+    /// A view. Statistics are its own (but stages: of the device since it was opened; records: of all views so far).
+    RenderResult render(const shared::Camera& camera);
+
+    /// `at_rest` is called wherever a render may be left, between launches. It may throw, which ends render(). `whole`:
+    /// it may call save() too; during a search for a target error that is so only between its steps.
+    void on_rest(std::function<void(bool whole)> at_rest);
+    /// Writes the state of the view being rendered and of the caches. From `at_rest`, or after render().
+    void save(Checkpoint& checkpoint);
+    /// Goes on where save() was called, in a renderer of the same scene, device and settings: what render() would have
+    /// returned, to the byte (seconds apart; a search for a target error goes by them). Before the first view.
+    RenderResult resume(Checkpoint& checkpoint);
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// Renders each of `cameras`; `done` is given each picture as it is finished.
 void render_views(const Scene& scene, Device& device, const RenderSettings& settings,
                   const std::vector<shared::Camera>& cameras,
                   const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress = {});

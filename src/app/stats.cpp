@@ -184,8 +184,6 @@ std::map<std::string, std::string> picture_metadata(const Run& r) {
     add("records", r.statistics.records);
     add("radiance_records", r.statistics.radiance_records);
     add("rays", total_rays(r.statistics));
-    add("render_seconds", number(r.statistics.seconds));
-    for (const auto& [phase, seconds] : r.statistics.phases) add(phase + "_seconds", number(seconds));
     if (r.error != nullptr) {
         const Json error = error_json(*r.error);
         for (const auto& [key, value] : error.items()) {

@@ -26,7 +26,8 @@ struct Run {
 /// Everything, as indented JSON.
 std::string stats_json(const Run& run);
 
-/// Method, parameters, seed, device, version and times, as text by key ("irradia.method").
+/// Method, parameters, seed, device, version, records and rays, as text by key ("irradia.method"). No times: the same
+/// picture is the same file (but for what --report-error says, which depends on the time it has).
 std::map<std::string, std::string> picture_metadata(const Run& run);
 
 /// Device time by stage, rays by kind, memory: several lines.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cache/buffer_state.h"
+
 namespace irradia {
 namespace {
 constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 32768;
@@ -173,6 +175,17 @@ void RecordCache::rescale(float factor, const CacheSettings& settings) {
     device_.write(state_, &empty, sizeof empty);
     octree_ = {1, 0, 0, octree_.growths};
     enter(0, static_cast<std::uint32_t>(size_));
+}
+
+void RecordCache::state(Checkpoint& c) {
+    std::uint64_t sizes[] = {size_, capacity_, node_capacity_, entry_capacity_};
+    c(sizes)(octree_)(settings_)(parameters_);
+    size_ = sizes[0], capacity_ = sizes[1], node_capacity_ = sizes[2], entry_capacity_ = sizes[3];
+    exchange(c, device_, keys_, size_ * sizeof(shared::RecordKey), capacity_ * sizeof(shared::RecordKey));
+    exchange(c, device_, values_, size_ * sizeof(shared::RecordValue), capacity_ * sizeof(shared::RecordValue));
+    exchange(c, device_, nodes_, octree_.nodes * node_bytes, node_capacity_ * node_bytes);
+    exchange(c, device_, entries_, octree_.entries * entry_bytes, entry_capacity_ * entry_bytes);
+    exchange(c, device_, state_, sizeof(shared::OctreeState));
 }
 
 shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {

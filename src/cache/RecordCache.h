@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "irradia/Checkpoint.h"
 #include "irradia/Device.h"
 #include "irradia/shared/record_types.h"
 
@@ -58,6 +59,9 @@ public:
     /// Copies to the host.
     [[nodiscard]] std::vector<shared::RecordKey> download_keys() const;
     [[nodiscard]] std::vector<shared::RecordValue> download_values() const;
+
+    /// Of a cache by the same settings. Records and octree come back as they were, so that sums over records do too.
+    void state(Checkpoint& checkpoint);
 
     struct Octree {
         std::uint64_t nodes = 1, entries = 0, depth = 0, growths = 0;

@@ -75,8 +75,14 @@ ErrorProbes::ErrorProbes(Run& run, const Film& film)
     counted_pixels_ = static_cast<double>(std::count(counted_.begin(), counted_.end(), 1));
 }
 
+void ErrorProbes::state(Checkpoint& c) {
+    c(counted_)(counted_pixels_)(probes_)(batches_)(traced_)(seconds_);
+    places_.state(c);
+}
+
 // Progress is reported, which may end the search, only where nothing is half done.
 void ErrorProbes::add_waves(std::size_t waves) {
+    run_.rest();
     run_.report("probes", 1);
     const std::size_t first = probes_.size();
     // A generator of its own a wave, so that probes do not depend on how many are asked for at once.
@@ -93,6 +99,7 @@ void ErrorProbes::add_waves(std::size_t waves) {
 
 void ErrorProbes::raise_batches(std::uint32_t batches) {
     if (batches <= batches_) return;
+    run_.rest();
     run_.report("probes", 1);
     trace(0, probes_.size(), batches_, batches - batches_);
     batches_ = batches;

@@ -40,6 +40,9 @@ public:
     /// The mean squared error of report() and its standard error, both relative to the squared mean.
     [[nodiscard]] std::array<double, 2> squared_error(const Film& film) const;
 
+    /// Of the same run's.
+    void state(Checkpoint& checkpoint);
+
 private:
     struct Probe {
         std::uint32_t pixel, stratum;

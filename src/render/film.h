@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "irradia/Checkpoint.h"
 #include "irradia/Image.h"
 #include "irradia/Renderer.h"
 
@@ -39,6 +40,8 @@ public:
 
     /// The picture and the layers asked for ("records" is left empty: the cache knows where they lie).
     [[nodiscard]] Image image(const RenderSettings& settings) const;
+    /// Of a film of the same size and channels.
+    void state(Checkpoint& checkpoint) { checkpoint(sum_)(count_); }
 
 private:
     void add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples);

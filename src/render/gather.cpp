@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t pixels_a_launch = 1024;
 }
 
-void render_gather(Run& run, Film& film, std::uint32_t first_sample) {
+void render_gather(Run& run, Film& film, SamplePosition& at) {
     HemisphereSampler hemispheres(run, Hemispheres::irradiance);
     const IrradianceGrid no_grid(run);
     const std::size_t chunk = std::min(film.pixels(), pixels_a_launch);
@@ -22,11 +22,12 @@ void render_gather(Run& run, Film& film, std::uint32_t first_sample) {
     Buffer values = run.device.allocate(chunk * sizeof(shared::RecordValue));
     std::vector<float> sums(chunk * film.channels());
     std::vector<shared::ShadingPoint> host_points(chunk);
-    const double total = static_cast<double>(film.pixels()) * (run.spp() - first_sample);
-    double done = 0;
-    for (std::uint32_t sample = first_sample; sample < run.spp(); ++sample) {
-        for (std::size_t first = 0; first < film.pixels(); first += chunk) {
-            const std::size_t count = std::min(chunk, film.pixels() - first);
+    const double total = static_cast<double>(film.pixels()) * (run.spp() - at.sample);
+    double done = static_cast<double>(at.pixel);
+    for (; at.sample < run.spp(); ++at.sample) {
+        while (at.pixel < film.pixels()) {
+            run.rest();
+            const std::size_t first = at.pixel, count = std::min(chunk, film.pixels() - first);
             run.scene_kernel("gather_pixels.cl", "gather_points", {{"IR_DIRECT_MIS", run.direct_mis() ? "1" : "0"}})
                 .arg(buffer)
                 .arg(points)
@@ -34,7 +35,7 @@ void render_gather(Run& run, Film& film, std::uint32_t first_sample) {
                 .arg(run.ray_counters())
                 .arg(static_cast<std::uint32_t>(first))
                 .arg(static_cast<std::uint32_t>(count))
-                .arg(sample)
+                .arg(at.sample)
                 .arg(run.edges_beyond_camera())
                 .arg(run.seed())
                 .run(group_count(count, run.device.pixel_group()), run.device.pixel_group());
@@ -45,7 +46,7 @@ void render_gather(Run& run, Film& film, std::uint32_t first_sample) {
             if (!indices.empty()) {
                 run.device.write(stack, indices.data(), indices.size() * sizeof(std::uint32_t));
                 // Every (sample, pixel) draws its own numbers.
-                hemispheres.sample(points, stack, indices.size(), no_grid, keys, values, 0, sample);
+                hemispheres.sample(points, stack, indices.size(), no_grid, keys, values, 0, at.sample);
                 run.device.kernel("gather_pixels.cl", "gather_irradiance", run.scene_defines())
                     .arg(buffer)
                     .arg(albedos)
@@ -59,8 +60,10 @@ void render_gather(Run& run, Film& film, std::uint32_t first_sample) {
             film.add(sums, first, count, 1);
             run.collect_rays();
             done += static_cast<double>(count);
+            at.pixel += count;
             run.report("gather", done / total);
         }
+        at.pixel = 0;
     }
     run.phase("gather");
 }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "cache/buffer_state.h"
+
 namespace irradia {
 namespace {
 
@@ -124,6 +126,11 @@ bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>&
         .run(groups, group);
     parameters_.slots = slots;
     return !full();
+}
+
+void IrradianceGrid::state(Checkpoint& c) {
+    c(parameters_)(on_);
+    exchange(c, run_.device, cells_, parameters_.slots * sizeof(shared::GridCell));
 }
 
 std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", on_ ? "1" : "0"}}; }

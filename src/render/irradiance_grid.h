@@ -26,6 +26,8 @@ public:
     /// Sets the two arguments: cells and parameters.
     Kernel& bind(Kernel& kernel) const;
 
+    void state(Checkpoint& checkpoint);
+
 private:
     // Both return false if the table of that many slots turned out too small.
     bool try_fill(std::size_t slots);

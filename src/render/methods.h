@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "cache/RecordCache.h"
+#include "irradia/Checkpoint.h"
 #include "render/run.h"
 
 namespace irradia {
@@ -14,9 +15,16 @@ struct RecordSet;
 /// Throws Error for settings out of range.
 void check_settings(const Scene& scene, const RenderSettings& settings);
 
-/// Samples [first, run.spp()) of every pixel; film holds those before.
-void render_path(Run& run, Film& film, std::uint32_t first = 0);
-void render_gather(Run& run, Film& film, std::uint32_t first = 0);
+/// How far a method that only takes samples has come: what the film holds.
+struct SamplePosition {
+    std::uint32_t sample = 0;  ///< the one that is being taken: of every pixel those before it
+    std::uint64_t pixel = 0;   ///< the first that it is still missing of
+    void state(Checkpoint& checkpoint) { checkpoint(sample)(pixel); }
+};
+
+/// Samples up to run.spp() of every pixel.
+void render_path(Run& run, Film& film, SamplePosition& at);
+void render_gather(Run& run, Film& film, SamplePosition& at);
 /// Irradiance and radiance caching. What it has learned of the scene serves all views that it renders.
 class CachingRenderer {
 public:
@@ -27,10 +35,14 @@ public:
 
     /// Renders the run's present view. Returns the pixel of every record made for it.
     std::vector<std::uint32_t> render(Film& film);
+    /// Goes on with a view that was being rendered when its state was saved.
+    std::vector<std::uint32_t> go_on(Film& film);
+    /// All that the renderer knows. Whole only where run.rest() was called.
+    void state(Checkpoint& checkpoint);
     /// Enters records made elsewhere, before the first view. Throws Error if they do not fit.
     void load(const RecordSet& set);
-    /// Hands out all records; radiance records of `set` stay if this run knows none. `picture`: one was rendered.
-    void store(RecordSet& set, bool picture) const;
+    /// Hands out all records; radiance records of `set` stay if this run knows none.
+    void store(RecordSet& set) const;
 
     [[nodiscard]] const RecordCache& irradiance() const;
     /// Irradiance records for points[stack[i]].

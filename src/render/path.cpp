@@ -12,23 +12,24 @@ constexpr std::uint32_t samples_a_launch = 16;
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 21;
 }  // namespace
 
-void render_path(Run& run, Film& film, std::uint32_t first_sample) {
+void render_path(Run& run, Film& film, SamplePosition& at) {
     const std::size_t chunk =
         std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
     std::vector<float> sums(chunk * film.channels());
-    const double total = static_cast<double>(film.pixels()) * (run.spp() - first_sample);
-    double done = 0;
-    for (std::uint32_t sample = first_sample; sample < run.spp(); sample += samples_a_launch) {
-        const std::uint32_t samples = std::min(samples_a_launch, run.spp() - sample);
-        for (std::size_t first = 0; first < film.pixels(); first += chunk) {
-            const std::size_t count = std::min(chunk, film.pixels() - first);
+    const double total = static_cast<double>(film.pixels()) * (run.spp() - at.sample);
+    double done = static_cast<double>(at.pixel);
+    while (at.sample < run.spp()) {
+        const std::uint32_t samples = std::min(samples_a_launch, run.spp() - at.sample);
+        while (at.pixel < film.pixels()) {
+            run.rest();
+            const std::size_t first = at.pixel, count = std::min(chunk, film.pixels() - first);
             run.scene_kernel("trace_paths.cl", "trace_paths", {})
                 .arg(buffer)
                 .arg(run.ray_counters())
                 .arg(static_cast<std::uint32_t>(first))
                 .arg(static_cast<std::uint32_t>(count))
-                .arg(sample)
+                .arg(at.sample)
                 .arg(samples)
                 .arg(run.edges_beyond_camera())
                 .arg(run.seed())
@@ -37,8 +38,11 @@ void render_path(Run& run, Film& film, std::uint32_t first_sample) {
             film.add(sums, first, count, samples);
             run.collect_rays();
             done += static_cast<double>(count) * samples;
+            at.pixel += count;
             run.report("path", done / total);
         }
+        at.pixel = 0;
+        at.sample += samples;
     }
     run.phase("path");
 }

@@ -149,7 +149,7 @@ std::vector<PointIrradiance> irradiance_at(const Scene& scene, Device& device, c
         if (indirect) cover(run, caching, asked);
         result = answer(run, caching, asked, indirect);
     }
-    if (records != nullptr) caching.store(*records, false);
+    if (records != nullptr) caching.store(*records);
     run.statistics.records = caching.irradiance().size();
     run.statistics.stages = run.device.stage_times();
     run.statistics.seconds = run.elapsed();

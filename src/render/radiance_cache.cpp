@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "cache/buffer_state.h"
 #include "irradia/Error.h"
 
 namespace irradia {
@@ -198,6 +199,17 @@ RadianceRecords RadianceCache::store() const {
     if (!out.harmonics.empty())
         run_.device.read(harmonics_, out.harmonics.data(), out.harmonics.size() * sizeof(float));
     return out;
+}
+
+void RadianceCache::state(Checkpoint& c) {
+    records_.state(c);
+    std::uint64_t capacity = capacity_;
+    c(capacity)(parameters_);
+    capacity_ = capacity;
+    const std::size_t sample = IR_SAMPLE_FLOATS * sizeof(float) * kept_stride(),
+                      harmonic = IR_HARMONIC_SETS * sizeof(float) * parameters_.order * parameters_.order;
+    exchange(c, run_.device, samples_, records_.size() * sample, capacity_ * sample);
+    exchange(c, run_.device, harmonics_, records_.size() * harmonic, capacity_ * harmonic);
 }
 
 Kernel& RadianceCache::bind(Kernel& kernel, bool placement) const {

@@ -33,6 +33,7 @@ public:
     void load(const RadianceRecords& records);
     /// Copies to the host.
     [[nodiscard]] RadianceRecords store() const;
+    void state(Checkpoint& checkpoint);
 
     [[nodiscard]] const RecordCache& records() const noexcept { return records_; }
     /// Bytes of one record, its key and value included.

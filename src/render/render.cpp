@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "irradia/Error.h"
 #include "irradia/RecordFile.h"
@@ -73,83 +74,128 @@ const std::vector<std::string>& aov_names() {
 
 namespace {
 
-std::vector<std::uint32_t> render_film(Run& run, Film& film, CachingRenderer* caching) {
-    if (caching != nullptr) return caching->render(film);
-    if (run.settings.method == Method::path)
-        render_path(run, film);
-    else
-        render_gather(run, film);
-    return {};
-}
-
 bool searches(const RenderSettings& s) { return s.target_error > 0 || s.time_limit > 0; }
-
-/// `settings`: what run.settings refers to. `caching`: made here where the settings are only found here.
-RenderResult render_view(Run& run, RenderSettings& settings, std::unique_ptr<CachingRenderer>& caching) {
-    Film film(static_cast<int>(run.scene.info.width), static_cast<int>(run.scene.info.height), run.aovs());
-    std::vector<std::uint32_t> record_pixels;
-    RenderResult result;
-    if (searches(settings)) {
-        record_pixels = render_to_target(run, settings, film, caching, result.error.emplace());
-    } else {
-        record_pixels = render_film(run, film, caching.get());
-        if (settings.report_error) {
-            ErrorProbes probes(run, film);
-            spend(probes, film, static_cast<double>(settings.error_share) * run.elapsed());
-            result.error = probes.report(film);
-            run.phase("probes");
-        }
-    }
-    result.image = film.image(settings);
-    if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
-        result.image.layers.push_back(records_layer(film, record_pixels));
-    if (std::find(settings.aovs.begin(), settings.aovs.end(), "counted") != settings.aovs.end()) {
-        const std::vector<std::uint8_t> counted = pixels_without_lamps(run);
-        result.image.layers.push_back({"counted", 1, std::vector<float>(counted.begin(), counted.end())});
-    }
-    run.statistics.mean_spp = static_cast<double>(film.samples()) / static_cast<double>(film.pixels());
-    run.statistics.stages = run.device.stage_times();
-    run.statistics.seconds = run.elapsed();
-    result.statistics = std::move(run.statistics);
-    return result;
-}
-
-std::unique_ptr<CachingRenderer> caching_renderer(Run& run) {
-    const Method m = run.settings.method;
-    const bool caches = m == Method::irradiance || m == Method::radiance;
-    return caches && !searches(run.settings) ? std::make_unique<CachingRenderer>(run) : nullptr;
-}
 
 }  // namespace
 
-RenderResult render(const Scene& scene, Device& device, const RenderSettings& asked, const ProgressCallback& progress,
-                    RecordSet* records) {
-    check_settings(scene, asked);
-    RenderSettings settings = asked;
-    Run run(scene, device, settings, progress);
-    std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
-    const bool loads = records != nullptr && records->irradiance.size() + records->radiance.size() > 0;
-    if (loads && searches(asked))
+struct Renderer::Impl {
+    Impl(const Scene& scene, Device& device, const RenderSettings& asked, ProgressCallback callback)
+        : settings((check_settings(scene, asked), asked)),
+          given(asked),
+          progress(std::move(callback)),
+          run(scene, device, settings, progress),
+          film(static_cast<int>(scene.info.width), static_cast<int>(scene.info.height), run.aovs()) {
+        const bool caches = asked.method == Method::irradiance || asked.method == Method::radiance;
+        if (caches && !searches(asked)) caching = std::make_unique<CachingRenderer>(run);
+    }
+
+    void begin(const shared::Camera& camera) {
+        if (std::exchange(started, true)) run.restart();  // what comes before the first view is part of it
+        run.set_camera(camera);
+        film = Film(static_cast<int>(run.scene.info.width), static_cast<int>(run.scene.info.height), run.aovs());
+        position = {};
+        if (!searches(given)) return;
+        settings = given;
+        search = std::make_unique<TargetSearch>(run, settings, film);
+    }
+
+    void state(Checkpoint& c) {
+        run.state(c);
+        film.state(c);
+        position.state(c);
+        if (caching) caching->state(c);
+        if (search) search->state(c);
+    }
+
+    // `resumed`: of a view whose state was read.
+    RenderResult view(bool resumed) {
+        std::vector<std::uint32_t> record_pixels;
+        RenderResult result;
+        if (searches(given)) {
+            record_pixels = search->run(result.error.emplace());
+        } else {
+            if (caching)
+                record_pixels = resumed ? caching->go_on(film) : caching->render(film);
+            else if (settings.method == Method::path)
+                render_path(run, film, position);
+            else
+                render_gather(run, film, position);
+            if (settings.report_error) {
+                ErrorProbes probes(run, film);
+                spend(probes, film, static_cast<double>(settings.error_share) * run.elapsed());
+                result.error = probes.report(film);
+                run.phase("probes");
+            }
+        }
+        result.image = film.image(settings);
+        if (std::find(settings.aovs.begin(), settings.aovs.end(), "records") != settings.aovs.end())
+            result.image.layers.push_back(records_layer(film, record_pixels));
+        if (std::find(settings.aovs.begin(), settings.aovs.end(), "counted") != settings.aovs.end()) {
+            const std::vector<std::uint8_t> counted = pixels_without_lamps(run);
+            result.image.layers.push_back({"counted", 1, std::vector<float>(counted.begin(), counted.end())});
+        }
+        run.statistics.mean_spp = static_cast<double>(film.samples()) / static_cast<double>(film.pixels());
+        run.statistics.stages = run.device.stage_times();
+        run.statistics.seconds = run.elapsed();
+        result.statistics = run.statistics;
+        return result;
+    }
+
+    bool started = false;
+    RenderSettings settings, given;  // what run refers to: a search changes it
+    ProgressCallback progress;
+    Run run;
+    Film film;
+    SamplePosition position;
+    std::unique_ptr<CachingRenderer> caching;  // of all views
+    std::unique_ptr<TargetSearch> search;      // of the present one, which has caches of its own
+};
+
+Renderer::Renderer(const Scene& scene, Device& device, const RenderSettings& settings, ProgressCallback progress)
+    : impl_(std::make_unique<Impl>(scene, device, settings, std::move(progress))) {}
+Renderer::~Renderer() = default;
+
+void Renderer::load(const RecordSet& records) {
+    if (records.irradiance.size() + records.radiance.size() > 0 && searches(impl_->given))
         throw Error(
             "records from elsewhere: expected settings as they were made with, not a target error or time limit");
-    if (caching && records != nullptr) caching->load(*records);
-    RenderResult result = render_view(run, settings, caching);
-    if (caching && records != nullptr) caching->store(*records, true);
+    if (impl_->caching) impl_->caching->load(records);
+}
+
+void Renderer::store(RecordSet& records) const {
+    const CachingRenderer* const caching = impl_->search ? impl_->search->caching() : impl_->caching.get();
+    if (caching != nullptr) caching->store(records);
+}
+
+RenderResult Renderer::render(const shared::Camera& camera) {
+    impl_->begin(camera);
+    return impl_->view(false);
+}
+
+void Renderer::on_rest(std::function<void(bool)> at_rest) { impl_->run.on_rest(std::move(at_rest)); }
+
+void Renderer::save(Checkpoint& checkpoint) { impl_->state(checkpoint); }
+
+RenderResult Renderer::resume(Checkpoint& checkpoint) {
+    impl_->begin(impl_->run.camera());
+    impl_->state(checkpoint);
+    return impl_->view(true);
+}
+
+RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
+                    const ProgressCallback& progress, RecordSet* records) {
+    Renderer renderer(scene, device, settings, progress);
+    if (records != nullptr) renderer.load(*records);
+    RenderResult result = renderer.render(scene.info.camera);
+    if (records != nullptr) renderer.store(*records);
     return result;
 }
 
-void render_views(const Scene& scene, Device& device, const RenderSettings& asked,
+void render_views(const Scene& scene, Device& device, const RenderSettings& settings,
                   const std::vector<shared::Camera>& cameras,
                   const std::function<void(std::size_t, RenderResult)>& done, const ProgressCallback& progress) {
-    check_settings(scene, asked);
-    if (searches(asked)) throw Error("target error and time limit: expected a single view");
-    RenderSettings settings = asked;
-    Run run(scene, device, settings, progress);
-    std::unique_ptr<CachingRenderer> caching = caching_renderer(run);
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-        run.set_camera(cameras[i]);
-        done(i, render_view(run, settings, caching));
-    }
+    Renderer renderer(scene, device, settings, progress);
+    for (std::size_t i = 0; i < cameras.size(); ++i) done(i, renderer.render(cameras[i]));
 }
 
 }  // namespace irradia

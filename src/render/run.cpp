@@ -16,7 +16,8 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
       settings(settings_in),
       progress_(progress),
       start_(Clock::now()),
-      phase_start_(start_) {
+      phase_start_(start_),
+      camera_(scene_in.info.camera) {
     seed_ = static_cast<std::uint32_t>(settings.seed) ^ static_cast<std::uint32_t>((settings.seed >> 32) * 0x9e3779b9u);
     if (device.cpu_traversal() ? scene.accel.bvh8_nodes.empty() : scene.accel.bvh2_nodes.empty())
         throw Error((scene.source.empty() ? std::string("scene") : scene.source) +
@@ -50,8 +51,11 @@ void Run::clear_statistics() {
 
 void Run::set_camera(const shared::Camera& camera) {
     shared::SceneInfo info = scene.info;
-    info.camera = camera;
+    info.camera = camera_ = camera;
     info_ = device.upload(&info, sizeof info);
+}
+
+void Run::restart() {
     clear_statistics();
     start_ = phase_start_ = Clock::now();
 }
@@ -139,6 +143,18 @@ void Run::report(const std::string& stage, double fraction, std::uint64_t record
     for (const auto& [kind, count] : statistics.rays) p.rays += count;
     p.elapsed = elapsed();
     progress_(p);
+}
+
+void Run::state(Checkpoint& c) {
+    RenderStatistics& s = statistics;
+    c(camera_)(s.rays)(s.phases)(s.iterations)(s.spp)(s.octree_depth)(s.octree_growths);
+    const Clock::time_point now = Clock::now();
+    Clock::duration elapsed = now - start_, of_phase = now - phase_start_;
+    c(elapsed)(of_phase);
+    if (!c.reading()) return;
+    set_camera(shared::Camera(camera_));
+    start_ = now - elapsed;
+    phase_start_ = now - of_phase;
 }
 
 void Run::phase(const std::string& name) {

@@ -2,10 +2,12 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <string>
 
+#include "irradia/Checkpoint.h"
 #include "irradia/Renderer.h"
 #include "render/film.h"
 
@@ -24,8 +26,11 @@ public:
     Kernel scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines);
     /// Definitions every kernel that traces rays gets.
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
-    /// Another view of the scene: kernels set up from now on see it through this camera. Statistics start anew.
+    /// Another view of the scene: kernels set up from now on see it through this camera.
     void set_camera(const shared::Camera& camera);
+    /// Statistics and time start anew.
+    void restart();
+    [[nodiscard]] const shared::Camera& camera() const noexcept { return camera_; }
     /// Device counters that kernels add to: rays by kind (cl/film.h).
     [[nodiscard]] const Buffer& ray_counters() const noexcept { return ray_counters_; }
     /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or
@@ -46,6 +51,16 @@ public:
     struct TimeIsUp {};
     /// `elapsed`: of elapsed(); infinity: never.
     void stop_after(double elapsed) noexcept { stop_ = elapsed; }
+    /// Called where a method's state is whole and nothing is running: what a checkpoint is made of.
+    void rest() {
+        if (at_rest_) at_rest_(!in_step_);
+    }
+    /// `at_rest` is told whether the state is whole, not only the method's.
+    void on_rest(std::function<void(bool)> at_rest) { at_rest_ = std::move(at_rest); }
+    /// In a step of a search, which cannot be gone on with in its middle.
+    void in_step(bool yes) { in_step_ = yes; }
+    /// Statistics, camera and the time so far.
+    void state(Checkpoint& checkpoint);
     void report(const std::string& stage, double fraction, std::uint64_t records = 0);
     /// Wall seconds since the previous call go to phases[name].
     void phase(const std::string& name);
@@ -56,6 +71,9 @@ private:
     using Clock = std::chrono::steady_clock;
     const ProgressCallback& progress_;
     Clock::time_point start_, phase_start_;
+    shared::Camera camera_;
+    std::function<void(bool)> at_rest_;
+    bool in_step_ = false;
     double stop_ = std::numeric_limits<double>::infinity();
     std::uint32_t seed_ = 0;
     Buffer ray_counters_;

@@ -106,6 +106,11 @@ void SampleSchedule::spare(std::vector<std::uint8_t> counted, std::uint32_t spp)
     spared_spp_ = spp;
 }
 
+void SampleSchedule::state(Checkpoint& c) {
+    c(width_)(height_)(spp_)(first_)(end_)(spared_spp_)(pixel_error_)(mean_);
+    c(pixels_)(before_)(map_)(taken_)(errors_)(counted_);
+}
+
 double SampleSchedule::squared_noise() const {
     double sum = 0, count = 0;
     for (std::size_t i = 0; i < errors_.size(); ++i) {

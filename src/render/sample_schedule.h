@@ -32,6 +32,7 @@ public:
     /// 0 as long as no pixel has taken two passes. Up to a half too low: pixels stop where they are estimated so by
     /// chance.
     [[nodiscard]] double squared_noise() const;
+    void state(Checkpoint& checkpoint);
 
 private:
     /// Of the present pass's pixels, from their luminances now and a pass ago.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "irradia/Checkpoint.h"
 #include "irradia/ErrorReport.h"
 
 namespace irradia {
@@ -43,6 +44,7 @@ public:
     };
     /// u in [0, 1).
     [[nodiscard]] Pixel draw(std::size_t stratum, double u) const;
+    void state(Checkpoint& checkpoint) { checkpoint(strata_)(order_)(cumulative_); }
     [[nodiscard]] std::size_t strata() const noexcept { return strata_; }
 
 private:

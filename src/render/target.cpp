@@ -27,48 +27,75 @@ struct Need {
     double pixel_error = 1;  // factor
 };
 
-class Target {
+}  // namespace
+
+class TargetSearch::Steps {
 public:
-    Target(Run& run, RenderSettings& settings, Film& film, std::unique_ptr<CachingRenderer>& caching)
+    Steps(Run& run, RenderSettings& settings, Film& film)
         : run_(run),
           settings_(settings),
           film_(film),
-          caching_(caching),
           caches_(settings.method == Method::irradiance || settings.method == Method::radiance),
           target_(static_cast<double>(settings.target_error)),
           goal_(target_ > 0 ? target_ : first_goal) {}
 
-    std::vector<std::uint32_t> render(ErrorReport& report) {
-        const double limit = settings_.time_limit > 0 ? static_cast<double>(settings_.time_limit)
-                                                      : std::numeric_limits<double>::infinity();
-        first_step();
-        probes_ = std::make_unique<ErrorProbes>(run_, film_);
-        spend(*probes_, film_, probe_share * run_.elapsed(), aim * goal_);  // something is always known of it
-        std::optional<Film> kept;                                           // the last one whose error is known
+    std::vector<std::uint32_t> run(ErrorReport& report) {
+        constexpr double never = std::numeric_limits<double>::infinity();
+        const double limit = settings_.time_limit > 0 ? static_cast<double>(settings_.time_limit) : never;
+        run_.in_step(true);
+        if (!probes_) {
+            first_step();
+            probes_ = std::make_unique<ErrorProbes>(run_, film_);
+            spend(*probes_, film_, probe_share * run_.elapsed(), aim * goal_);  // something is always known of it
+        }
         run_.stop_after(limit);
         try {
             for (;;) {
-                const ErrorReport found = look();
-                report = found;
+                run_.in_step(false);
+                run_.rest();
+                run_.in_step(true);
+                report_ = look();
                 run_.phase("probes");
                 ++steps_;
-                kept.reset();
-                if (target_ > 0 ? meets(found) : run_.elapsed() > limit) break;
-                if (limit < std::numeric_limits<double>::infinity()) kept = film_;
-                if (target_ <= 0) goal_ = std::clamp(0.6 * found.rel_rmse.value, 1e-4, goal_);
-                if (!next_step(found)) break;
+                kept_.reset();
+                if (target_ > 0 ? meets(report_) : run_.elapsed() > limit) break;
+                if (limit < never) kept_ = film_;
+                if (target_ <= 0) goal_ = std::clamp(0.6 * report_.rel_rmse.value, 1e-4, goal_);
+                if (!next_step(report_)) break;
             }
         } catch (const Run::TimeIsUp&) {
-            if (kept) film_ = *kept;
-            if (steps_ == 0) report = probes_->report(film_);
-            report.time_is_up = true;
+            if (kept_) film_ = *kept_;
+            if (steps_ == 0) report_ = probes_->report(film_);
+            report_.time_is_up = true;
         }
-        run_.stop_after(std::numeric_limits<double>::infinity());
-        report.target = target_;
-        report.steps = steps_;
-        report.reached = target_ > 0 && meets(report);
+        run_.stop_after(never);
+        run_.in_step(false);
+        report_.target = target_;
+        report_.steps = steps_;
+        report_.reached = target_ > 0 && meets(report_);
+        report = report_;
         return pixels_;
     }
+
+    void state(Checkpoint& c) {
+        c(goal_)(level_)(pixel_factor_)(steps_)(pixels_);
+        position_.state(c);
+        if (c.reading()) {
+            const std::uint32_t spp = run_.spp();
+            if (caches_) apply();
+            run_.set_spp(spp);
+            if (caches_) caching_ = std::make_unique<CachingRenderer>(run_);
+            probes_ = std::make_unique<ErrorProbes>(run_, film_);
+        }
+        if (caching_) caching_->state(c);
+        probes_->state(c);
+        if (c.has(kept_, [&] { kept_ = film_; })) kept_->state(c);
+        ErrorReport& r = report_;
+        c(r.rel_rmse)(r.mean_bias)(r.direct_rel_rmse)(r.indirect_rel_rmse)(r.counted)(r.probes)(r.paths)(r.seconds);
+        c(r.doubt);
+    }
+
+    [[nodiscard]] const CachingRenderer* caching() const { return caching_.get(); }
 
 private:
     [[nodiscard]] bool meets(const ErrorReport& found) const {
@@ -78,7 +105,7 @@ private:
     void first_step() {
         if (!caches_) {
             run_.set_spp(first_spp);
-            add_samples(0);
+            add_samples();
             return;
         }
         // What the scene needs is not known yet; and the first step is done whatever the time limit.
@@ -104,11 +131,11 @@ private:
         pixels_.insert(pixels_.end(), pixels.begin(), pixels.end());
     }
 
-    void add_samples(std::uint32_t first) {
+    void add_samples() {
         if (settings_.method == Method::path)
-            render_path(run_, film_, first);
+            render_path(run_, film_, position_);
         else
-            render_gather(run_, film_, first);
+            render_gather(run_, film_, position_);
     }
 
     // The error, by as many probes as it takes to tell whether it is below the goal, or that it is not worth it.
@@ -154,7 +181,7 @@ private:
             if (first >= most_spp) return false;
             run_.set_spp(
                 static_cast<std::uint32_t>(std::min<double>(std::clamp(wanted, 1.3 * first, 8.0 * first), most_spp)));
-            add_samples(first);
+            add_samples();
             return true;
         }
         const Need need = this->need(found);
@@ -170,20 +197,23 @@ private:
     Run& run_;
     RenderSettings& settings_;
     Film& film_;
-    std::unique_ptr<CachingRenderer>& caching_;
+    std::unique_ptr<CachingRenderer> caching_;
     std::unique_ptr<ErrorProbes> probes_;
     std::vector<std::uint32_t> pixels_;
     bool caches_;
     double target_, goal_;  // goal_: where no target is asked for, a better picture than the last one
     double level_ = 0, pixel_factor_ = 1;
     int steps_ = 0;
+    SamplePosition position_;
+    std::optional<Film> kept_;  // the last one whose error is known
+    ErrorReport report_;        // it
 };
 
-}  // namespace
-
-std::vector<std::uint32_t> render_to_target(Run& run, RenderSettings& settings, Film& film,
-                                            std::unique_ptr<CachingRenderer>& caching, ErrorReport& report) {
-    return Target(run, settings, film, caching).render(report);
-}
+TargetSearch::TargetSearch(Run& run, RenderSettings& settings, Film& film)
+    : steps_(std::make_unique<Steps>(run, settings, film)) {}
+TargetSearch::~TargetSearch() = default;
+std::vector<std::uint32_t> TargetSearch::run(ErrorReport& report) { return steps_->run(report); }
+void TargetSearch::state(Checkpoint& checkpoint) { steps_->state(checkpoint); }
+const CachingRenderer* TargetSearch::caching() const { return steps_->caching(); }
 
 }  // namespace irradia

@@ -8,10 +8,25 @@
 
 namespace irradia {
 
-/// `settings`, which `run` refers to, are changed from step to step. `caching`: null for methods that only take
-/// samples. Returns the pixels of all records; `report` is that of the film as it is left. Stops early at
-/// settings.time_limit, but not before the first step is done.
-std::vector<std::uint32_t> render_to_target(Run& run, RenderSettings& settings, Film& film,
-                                            std::unique_ptr<CachingRenderer>& caching, ErrorReport& report);
+class TargetSearch {
+public:
+    /// `settings`, which `run` refers to, are changed from step to step.
+    TargetSearch(Run& run, RenderSettings& settings, Film& film);
+    ~TargetSearch();
+    TargetSearch(const TargetSearch&) = delete;
+    TargetSearch& operator=(const TargetSearch&) = delete;
+
+    /// Goes on from where it is. Returns the pixels of all records; the report is that of the film as it is left. Stops
+    /// early at settings.time_limit, but not before the first step is done.
+    std::vector<std::uint32_t> run(ErrorReport& report);
+    /// All but run and film. Whole between steps.
+    void state(Checkpoint& checkpoint);
+    /// What the search has made; null for methods that only take samples.
+    [[nodiscard]] const CachingRenderer* caching() const;
+
+private:
+    class Steps;
+    std::unique_ptr<Steps> steps_;
+};
 
 }  // namespace irradia

@@ -219,7 +219,7 @@ TEST_F(RenderCommand, WritesEveryKindWithMetadataAndStatistics) {
     EXPECT_EQ(exr.metadata.at("irradia.method"), "path");
     EXPECT_EQ(exr.metadata.at("irradia.seed"), "7");
     EXPECT_EQ(exr.metadata.at("irradia.spp"), "1");
-    for (const char* key : {"irradia.device", "irradia.version", "irradia.render_seconds"})
+    for (const char* key : {"irradia.device", "irradia.version", "irradia.rays"})
         EXPECT_TRUE(exr.metadata.count(key)) << key;
 
     const nlohmann::json stats = nlohmann::json::parse(test::file_text(in_folder("s.json")));

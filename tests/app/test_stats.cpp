@@ -72,7 +72,7 @@ TEST(Stats, MetadataSaysHowThePictureWasMade) {
     EXPECT_EQ(metadata.at("irradia.neighbour_clamp"), "true");
     EXPECT_EQ(metadata.at("irradia.device"), "Device");
     EXPECT_EQ(metadata.at("irradia.records"), "12");
-    EXPECT_EQ(metadata.at("irradia.render_seconds"), "3");
+    EXPECT_EQ(metadata.count("irradia.render_seconds"), 0u);  // the same picture is the same file
 }
 
 TEST(Stats, TableBeginsWithTheLongestStage) {

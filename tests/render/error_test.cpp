@@ -375,12 +375,18 @@ TEST(TargetError, RefinedFilmsShowTheNewRecords) {
     }
 }
 
-TEST(TargetError, AViewAtATimeIsRefusedWithOne) {
+TEST(TargetError, EveryViewMeetsIt) {
     const Scene scene = load_text(room(grey_floor, ""));
     Device device({});
     RenderSettings s;
     s.target_error = .05f;
-    EXPECT_THROW(render_views(scene, device, s, {scene.info.camera}, [](std::size_t, RenderResult) {}), Error);
+    shared::Camera moved = scene.info.camera;
+    moved.ox += .2f;
+    render_views(scene, device, s, {scene.info.camera, moved}, [](std::size_t, const RenderResult& r) {
+        ASSERT_TRUE(r.error.has_value());
+        EXPECT_TRUE(r.error->reached);
+        EXPECT_LE(r.error->rel_rmse.high, .05);
+    });
     s.target_error = -1;
     EXPECT_THROW(render(scene, device, s), Error);
 }

@@ -1,0 +1,174 @@
+// Stage 4 and its rounds: pixels take the samples that the schedule wants, and where one finds no record the pixel gets
+// one and is shaded anew.
+#include <algorithm>
+
+#include "render/caching.h"
+#include "render/carried_records.h"
+
+namespace irradia {
+namespace {
+
+constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
+
+// The pixels of this view at which records were made.
+void add_pixels(const RecordCache& cache, std::size_t first, std::vector<std::uint32_t>& pixels) {
+    const std::vector<shared::RecordValue> values = cache.download_values();
+    for (std::size_t i = first; i < values.size(); ++i) pixels.push_back(values[i].pixel);
+}
+
+void add_octree(RenderStatistics& s, const RecordCache& cache) {
+    s.octree_nodes += cache.octree().nodes;
+    s.octree_entries += cache.octree().entries;
+    s.octree_depth = std::max(s.octree_depth, cache.octree().depth);
+    s.octree_growths += cache.octree().growths;
+}
+
+}  // namespace
+
+// Whatever the schedule wants; the pixels of records made since `before_`.
+std::vector<std::uint32_t> CachingRenderer::Caching::shade(Film& film) {
+    for (;; schedule_->advance(film)) {
+        if (!sweep_) {
+            if (schedule_->pixels().empty()) break;
+            start_pass(schedule_->pixels(), schedule_->first(), schedule_->end(), false);
+        }
+        shade_pass(film);
+    }
+    run_.phase("shade");
+    if (stage_ != Stage::finished) {
+        ++views_;
+        const RecordView view = view_of(run_, radiance_.has_value());
+        if (!contains(known_, view)) known_.push_back(view);
+        stage_ = Stage::finished;
+    }
+    RenderStatistics& s = run_.statistics;
+    s.records = cache_.size();
+    s.octree_nodes = s.octree_entries = 0;
+    add_octree(s, cache_);
+    std::vector<std::uint32_t> pixels;
+    add_pixels(cache_, before_.records, pixels);
+    if (radiance_) {
+        const RecordCache& records = radiance_->records();
+        s.radiance_records = records.size();
+        s.radiance_record_bytes = radiance_->record_bytes();
+        add_octree(s, records);
+        add_pixels(records, before_.lobes, pixels);
+    }
+    return pixels;
+}
+
+void CachingRenderer::Caching::start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end,
+                                          bool known) {
+    sweep_.emplace();
+    sweep_->pixels = std::move(pixels);
+    sweep_->begin = sweep_->sample = first;
+    sweep_->end = end;
+    sweep_->known = known;
+    made_.clear();
+    made_lobes_.clear();
+}
+
+// One pass, in one sweep or several. A pixel that misses a record gets it and is shaded anew, from its first sample on.
+void CachingRenderer::Caching::shade_pass(Film& film) {
+    while (!sweep_->pixels.empty()) {
+        sweep(film);
+        const Missed &missed = sweep_->missed, &missed_lobes = sweep_->missed_lobes;
+        const RecordStack stack = choose(missed, made_), lobe_stack = choose(missed_lobes, made_lobes_);
+        if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round_));
+        if (!lobe_stack.empty()) make_lobe_records(run_.device.upload(missed_lobes.points), lobe_stack, salt(round_));
+        if (!stack.empty() || !lobe_stack.empty()) {
+            ++run_.statistics.iterations;
+            ++round_;
+        }
+        std::vector<std::uint32_t> pixels = missed.pixels;
+        pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
+        std::sort(pixels.begin(), pixels.end());
+        pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
+        for (const std::uint32_t pixel : pixels) sweep_->known != 0 ? film.clear_indirect(pixel) : film.clear(pixel);
+        Sweep next;
+        next.pixels = std::move(pixels);
+        next.end = sweep_->end;
+        next.known = sweep_->known;
+        sweep_ = std::move(next);
+    }
+    sweep_.reset();
+}
+
+// Adds the sweep's samples to the film.
+void CachingRenderer::Caching::sweep(Film& film) {
+    Sweep& s = *sweep_;
+    const bool requests = round_ < record_rounds;
+    // On diffuse surfaces only what finds no record goes on as a path.
+    if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
+    Launch& launch = this->launch(film);
+    std::map<std::string, std::string> defines = grid_.defines();
+    defines.insert(defines_.begin(), defines_.end());
+    for (; s.first < s.pixels.size(); s.first += chunk_) {
+        const auto end = std::min<std::uint64_t>(s.pixels.size(), s.first + chunk_);
+        const std::vector<std::uint32_t> part(s.pixels.begin() + static_cast<std::ptrdiff_t>(s.first),
+                                              s.pixels.begin() + static_cast<std::ptrdiff_t>(end));
+        const Buffer list = run_.device.upload(part);
+        while (s.sample < s.end) {
+            run_.rest();
+            const std::uint32_t samples = std::min(samples_a_launch, s.end - s.sample);
+            Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
+            cache_.bind(kernel, false);
+            if (radiance_) radiance_->bind(kernel, false).arg(launch.lobe_points);
+            grid_.bind(kernel)
+                .arg(list)
+                .arg(launch.film)
+                .arg(launch.points)
+                .arg(run_.ray_counters())
+                .arg(static_cast<std::uint32_t>(part.size()))
+                .arg(s.sample)
+                .arg(samples)
+                .arg(run_.edges_beyond_camera())
+                .arg((requests ? 1u : 0u) | (s.known != 0 ? 2u : 0u))  // IR_SHADE_* of cl/shade_pixels.cl
+                .arg(run_.seed())
+                .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
+            run_.device.read(launch.film, launch.sums.data(), part.size() * film.channels() * sizeof(float));
+            s.known != 0 ? film.add_indirect(launch.sums, part) : film.add(launch.sums, part, samples);
+            // The points, 80 bytes a pixel, are read where there are any.
+            if (run_.collect_rays() > 0) {
+                add_missed(launch.points, part, s.missed, s.seen);
+                if (radiance_) add_missed(launch.lobe_points, part, s.missed_lobes, s.seen_lobes);
+            }
+            s.sample += samples;
+            const double part_done = static_cast<double>(s.sample - s.begin) / (s.end - s.begin);
+            const double done = (static_cast<double>(s.first) + static_cast<double>(part.size()) * part_done) /
+                                static_cast<double>(s.pixels.size());
+            run_.report("shade",
+                        records_share + (1 - records_share) * (s.begin + done * (s.end - s.begin)) / run_.spp(),
+                        record_count());
+        }
+        s.sample = s.begin;
+        s.seen.clear();
+        s.seen_lobes.clear();
+    }
+}
+
+CachingRenderer::Caching::Launch& CachingRenderer::Caching::launch(const Film& film) {
+    if (!launch_)
+        launch_.emplace(Launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
+                               run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
+                               run_.device.allocate(radiance_ ? chunk_ * sizeof(shared::ShadingPoint) : 4),
+                               std::vector<float>(chunk_ * film.channels()),
+                               {}});
+    return *launch_;
+}
+
+void CachingRenderer::Caching::add_missed(const Buffer& points, const std::vector<std::uint32_t>& part, Missed& missed,
+                                          std::vector<std::uint8_t>& seen) {
+    Launch& launch = *launch_;
+    launch.host.resize(std::max(launch.host.size(), part.size()));
+    seen.resize(part.size(), 0);
+    run_.device.read(points, launch.host.data(), part.size() * sizeof launch.host[0]);
+    for (std::size_t i = 0; i < part.size(); ++i)
+        if (launch.host[i].state != IR_POINT_NONE && seen[i] == 0) {
+            seen[i] = 1;
+            missed.pixels.push_back(part[i]);
+            missed.points.push_back(launch.host[i]);
+        }
+}
+
+}  // namespace irradia
