@@ -21,6 +21,7 @@ public:
 private:
     std::string path_, target_, aside_;
     int file_ = -1;
+    bool named_ = false;  // aside_ is there
     [[noreturn]] void fail(int error) const;
 };
 
