@@ -10,6 +10,7 @@
 
 #include "app/help.h"
 #include "app/log_options.h"
+#include "app/memory_option.h"
 #include "app/output.h"
 #include "app/record_options.h"
 
@@ -431,6 +432,7 @@ int parse_options(int argc, const char* const* argv, Options& o) {
     declare_rendering(app, o);
     declare_radiance(app, o.settings);
     declare_device(app, o, traversal);
+    declare_memory(app, o);
     declare_messages(app, o);
     app.footer(kFooter);
     if (const int status = parse(app, argc, argv); status >= 0) return status;

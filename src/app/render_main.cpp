@@ -1,6 +1,7 @@
 // render: a scene file in, pictures out.
 #include <chrono>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <optional>
@@ -13,12 +14,14 @@
 #include "app/loading.h"
 #include "app/log.h"
 #include "app/log_options.h"
+#include "app/memory_option.h"
 #include "app/options.h"
 #include "app/output.h"
 #include "app/point_list.h"
 #include "app/progress.h"
 #include "app/stage_log.h"
 #include "app/stats.h"
+#include "core/memory.h"
 #include "irradia/Error.h"
 #include "irradia/PackedScene.h"
 #ifndef IRRADIA_MINIMAL
@@ -30,6 +33,8 @@ namespace irradia::app {
 namespace {
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+constexpr const char* kSmallerScene = "take a smaller scene: fewer triangles, smaller textures";
 
 void print_devices() {
     const std::vector<DeviceDescription> devices = list_devices();
@@ -47,6 +52,7 @@ Scene open_scene(const Options& o, Log& log, LoadMonitor& monitor, const Device*
         if (!o.defines.empty())
             throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
         monitor("packed scene", 0);
+        require_memory(o.device.memory_limit, std::filesystem::file_size(o.scene), "the packed scene", kSmallerScene);
         Scene scene = read_packed_scene(o.scene);
         scene.source = o.scene;
         set_film_size(scene, o.width, o.height);
@@ -63,15 +69,22 @@ Scene open_scene(const Options& o, Log& log, LoadMonitor& monitor, const Device*
     load.width = both ? o.width : 0;
     load.height = both ? o.height : 0;
     load.warn = [&](const std::string& text) { log.warn(text); };
-    load.progress = [&](const std::string& stage, double fraction) { monitor(stage, fraction); };
+    load.progress = [&](const std::string& stage, double fraction) {
+        monitor(stage, fraction);
+        require_memory(o.device.memory_limit, 0, "loading (" + stage + ")", kSmallerScene);
+    };
+    load.need = [&](std::uint64_t bytes, const std::string& what) {
+        require_memory(o.device.memory_limit, bytes, what, kSmallerScene);
+    };
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
     const AccelLayouts layouts = device == nullptr         ? AccelLayouts::both
                                  : device->cpu_traversal() ? AccelLayouts::bvh8
                                                            : AccelLayouts::bvh2;
     monitor("hierarchy", 0);
+    require_memory(o.device.memory_limit, accel_memory(scene, layouts), "the scene's hierarchy", kSmallerScene);
     build_accel(
-        scene, o.device.threads, [&](double fraction) { monitor("hierarchy", fraction); }, layouts);
+        scene, o.device.threads, [&](double fraction) { load.progress("hierarchy", fraction); }, layouts);
     monitor("checks", 0);
     check_scene(o.scene, scene, layouts);  // as read_packed_scene() does: numbers that overflowed on the way to float32
     return scene;
@@ -119,7 +132,10 @@ double write_pictures(const Options& o, Log& log, const Image& image) {
 void answer_points(const Options& o, Log& log, const Scene& scene, Device& device,
                    const std::vector<IrradiancePoint>& points, CarriedRecords& records) {
     StageLog stages(log);
-    const ProgressCallback callback = [&](const Progress& p) { stages(p); };
+    const ProgressCallback callback = [&](const Progress& p) {
+        stages(p);
+        check_memory(o, "the render (" + p.stage + ")");
+    };
     RenderStatistics statistics;
     const std::vector<PointIrradiance> answers =
         irradiance_at(scene, device, o.settings, points, callback, records.set(), &statistics);
@@ -133,8 +149,12 @@ void answer_points(const Options& o, Log& log, const Scene& scene, Device& devic
 
 void render_and_write(const Options& o, Log& log, const Scene& scene, Device& device, double began,
                       const Phases& load_phases, std::uint64_t load_peak_bytes, CarriedRecords& records) {
+    require_picture_memory(o, scene.info.width, scene.info.height);
     StageLog stages(log);
-    const ProgressCallback callback = [&](const Progress& p) { stages(p); };
+    const ProgressCallback callback = [&](const Progress& p) {
+        stages(p);
+        check_memory(o, "the render (" + p.stage + ")");
+    };
     RenderResult result = [&] {
         try {
             return render(scene, device, o.settings, callback, records.set());
@@ -184,6 +204,7 @@ void run(const Options& o, Log& log) {
     if (!o.pack.empty()) check_writable(o.pack);
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) log.warn("--aov: only .exr files hold layers");
 
+    require_records_memory(o);
     CarriedRecords records(o, [&](const std::string& text) { log.warn(text); });
     const std::vector<IrradiancePoint> points =
         o.points.empty() ? std::vector<IrradiancePoint>{} : read_points(o.points);
@@ -195,7 +216,7 @@ void run(const Options& o, Log& log) {
     Scene scene = open_scene(o, log, monitor, o.pack.empty() && device ? &*device : nullptr);
     monitor.finish();
     set_rfilter(scene, o.rfilter);
-    const std::uint64_t load_peak_bytes = peak_host_memory();
+    const std::uint64_t load_peak_bytes = peak_resident_memory();
     log.info(load_text(scene, monitor.phases(), load_peak_bytes),
              {{"scene", scene.source}, {"triangles", scene.triangles.size()}, {"peak_bytes", load_peak_bytes}});
     if (!o.pack.empty()) {
@@ -237,7 +258,7 @@ int main(int argc, char** argv) {
     } catch (const irradia::Error& error) {
         return failed(error.what(), error.exit_status());
     } catch (const std::bad_alloc&) {
-        return failed("out of memory", app::kBadInput);
+        return failed(app::out_of_memory_text(), app::kBadInput);
     } catch (const std::exception& error) {
         return failed(error.what(), app::kBadInput);
     }

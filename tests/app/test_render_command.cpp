@@ -81,6 +81,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--traversal",
                                                "--quiet",
                                                "--verbose",
+                                               "--memory-limit",
                                                "--log-json",
                                                "--progress",
                                                "--help",
