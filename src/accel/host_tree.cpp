@@ -15,7 +15,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <exception>
 #include <memory>
+#include <mutex>
 #include <numeric>
 
 namespace irradia::accel {
@@ -110,6 +112,8 @@ struct BuildContext {
     const Scene& scene;
     const std::function<void(double)>& progress;
     tbb::enumerable_thread_specific<Counts> counts{};  // each thread its own: they all count all the time
+    std::mutex mutex{};
+    std::exception_ptr refusal{};  // what progress has thrown
 };
 
 Box to_box(const RTCBounds& b) { return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}}; }
@@ -145,8 +149,15 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
 }
 
 bool report_progress(void* user, double fraction) {
-    static_cast<BuildContext*>(user)->progress(fraction);
-    return true;
+    auto& context = *static_cast<BuildContext*>(user);
+    try {
+        context.progress(fraction);
+        return true;
+    } catch (...) {  // not through Embree, which is asked to give up
+        const std::lock_guard lock(context.mutex);
+        context.refusal = std::current_exception();
+        return false;
+    }
 }
 
 // x, y, z and something of no meaning, in one register (GCC's and Clang's vectors; left to itself GCC makes scalars of
@@ -336,6 +347,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     arguments.userPtr = &context;
     const auto* built = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
     primitives.reset();
+    if (context.refusal) std::rethrow_exception(context.refusal);
     HostTree tree;
     Counts counts;
     for (const Counts& c : context.counts) {

@@ -28,9 +28,9 @@ std::string error_text(const ErrorReport& e) {
     if (e.counted < 1) out += "; " + percent(1 - e.counted) + " % of the pixels show lamps and do not count";
     if (e.steps > 0) out += "; " + std::to_string(e.steps) + (e.steps == 1 ? " step" : " steps");
     if (e.target > 0 && !e.reached)
-        out += "\nrender: the target of " + percent(e.target) + " % was not reached" +
+        out += "\nthe target of " + percent(e.target) + " % was not reached" +
                (e.time_is_up ? " in the time allowed" : ": this is as good as it gets");
-    if (!e.doubt.empty()) out += "\nrender: do not trust these intervals: " + e.doubt;
+    if (!e.doubt.empty()) out += "\ndo not trust these intervals: " + e.doubt;
     return out;
 }
 

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "app/progress.h"
+
 namespace irradia::app {
 namespace {
 
@@ -41,12 +43,12 @@ void LoadMonitor::operator()(const std::string& stage, double fraction) {
         end_stage(at);
         stage_ = stage;
     }
-    if (!printer_) return;
+    if (!stages_) return;
     Progress p;
     p.stage = "loading: " + stage;
     p.fraction = overall(stage, fraction);
     p.elapsed = at - began_;
-    (*printer_)(p);
+    (*stages_)(p);
 }
 
 void LoadMonitor::end_stage(double at) {
@@ -63,14 +65,10 @@ void LoadMonitor::end_stage(double at) {
 
 void LoadMonitor::finish() {
     const std::lock_guard lock(mutex_);
-    end_stage(now());
+    const double at = now();
+    end_stage(at);
     stage_.clear();
-    if (printer_) printer_->clear();
-}
-
-void LoadMonitor::clear() {
-    const std::lock_guard lock(mutex_);
-    if (printer_) printer_->clear();
+    if (stages_) stages_->finish(at - began_);
 }
 
 std::uint64_t scene_bytes(const Scene& s) {

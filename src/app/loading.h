@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/progress.h"
+#include "app/stage_log.h"
 #include "irradia/Scene.h"
 
 namespace irradia::app {
@@ -16,21 +16,19 @@ using Phases = std::vector<std::pair<std::string, double>>;
 /// Listens to load_scene() and build_accel(): shows the fraction done and takes the time of each stage.
 class LoadMonitor {
 public:
-    /// `printer`: shows progress; null: nobody does. `began`: when the program did, by the steady clock's seconds.
-    LoadMonitor(ProgressPrinter* printer, double began) : printer_(printer), began_(began), stage_began_(began) {}
+    /// `stages`: shows progress; null: nobody does. `began`: when loading did, by the steady clock's seconds.
+    LoadMonitor(StageLog* stages, double began) : stages_(stages), began_(began), stage_began_(began) {}
     /// `fraction` of `stage` is done. From any thread.
     void operator()(const std::string& stage, double fraction);
     /// Ends the last stage and clears the bar.
     void finish();
-    /// Clears the bar, so that a line can follow.
-    void clear();
     [[nodiscard]] const Phases& phases() const { return phases_; }
 
 private:
     void end_stage(double at);
 
     std::mutex mutex_;
-    ProgressPrinter* printer_;
+    StageLog* stages_;
     double began_, stage_began_;
     std::string stage_;
     Phases phases_;

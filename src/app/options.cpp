@@ -9,6 +9,8 @@
 #include <sstream>
 
 #include "app/help.h"
+#include "app/log_options.h"
+#include "app/memory_option.h"
 #include "app/output.h"
 #include "app/record_options.h"
 
@@ -401,11 +403,6 @@ void declare_device(CLI::App& app, Options& o, std::string& traversal) {
                "binary tree (gpu); auto: by the kind of device")
         ->check(CLI::IsMember({"auto", "cpu", "gpu"}))
         ->capture_default_str();
-
-    Group messages(app, "Messages");
-    CLI::Option* quiet = messages.flag("-q,--quiet", o.quiet, "Print errors only");
-    messages.flag("-v,--verbose", o.verbose, "Print what was loaded, the device, and the time of every stage")
-        ->excludes(quiet);
 }
 
 const char* const kFooter =
@@ -435,6 +432,8 @@ int parse_options(int argc, const char* const* argv, Options& o) {
     declare_rendering(app, o);
     declare_radiance(app, o.settings);
     declare_device(app, o, traversal);
+    declare_memory(app, o);
+    declare_messages(app, o);
     app.footer(kFooter);
     if (const int status = parse(app, argc, argv); status >= 0) return status;
     if (o.list_devices) return -1;

@@ -23,6 +23,8 @@ struct Options {
     int width = 0, height = 0;                   ///< pixels; 0 = the scene's
     double exposure = 0;                         ///< stops, PNG only
     bool lenient = false, quiet = false, verbose = false, list_devices = false;
+    bool log_json = false;  ///< messages as JSON
+    bool progress = false;  ///< a stream of JSON on stdout
 };
 
 /// A value of an enumeration and what it is called on the command line and in files.

@@ -6,13 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ostream>
 
 namespace irradia::app {
 namespace {
 
-constexpr double kBarPeriod = 0.1;  // seconds
-constexpr double kLogPeriod = 5.0;
 constexpr int kBarCells = 20;
 
 template <class... T>
@@ -39,13 +36,17 @@ std::string time_text(double seconds) {
     return print("%lld:%02lld:%02lld", s / 3600, s / 60 % 60, s % 60);
 }
 
+double seconds_left(const Progress& p) {
+    // Early estimates are worse than none.
+    return p.fraction > 0.01 ? p.elapsed * (1 - std::min(p.fraction, 1.0)) / p.fraction : -1;
+}
+
 std::string progress_text(const Progress& p) {
     const double fraction = std::clamp(p.fraction, 0.0, 1.0);
     std::string out = p.stage + ": " + print("%.0f %%", std::floor(100 * fraction));
     if (p.records > 0) out += ", " + count_text(static_cast<double>(p.records)) + " records";
     if (p.elapsed > 0 && p.rays > 0) out += ", " + count_text(static_cast<double>(p.rays) / p.elapsed) + " rays/s";
-    // Early estimates of the time left are worse than none.
-    if (fraction > 0.01 && fraction < 1) out += ", " + time_text(p.elapsed * (1 - fraction) / fraction) + " left";
+    if (const double left = seconds_left(p); left > 0) out += ", " + time_text(left) + " left";
     return out;
 }
 
@@ -56,26 +57,6 @@ std::string progress_bar(const Progress& p, int columns) {
     // The last column is left free: some terminals wrap when it is written.
     if (static_cast<int>(out.size()) >= columns) out.resize(static_cast<std::size_t>(std::max(columns - 1, 0)));
     return out;
-}
-
-void ProgressPrinter::operator()(const Progress& p) {
-    if (columns_ > 0) {
-        if (bar_shown_ && p.elapsed - last_ < kBarPeriod) return;
-        out_ << "\r\033[K" << progress_bar(p, columns_) << std::flush;
-        bar_shown_ = true;
-    } else {
-        const bool due = p.elapsed - last_ >= std::max(kLogPeriod, 0.05 * p.elapsed);  // long renders, fewer lines
-        const bool new_stage = p.stage != stage_ && p.elapsed - last_ >= 1.0;          // short renders stay silent
-        if (!due && !new_stage) return;
-        out_ << "render: " << progress_text(p) << std::endl;
-    }
-    last_ = p.elapsed;
-    stage_ = p.stage;
-}
-
-void ProgressPrinter::clear() {
-    if (bar_shown_) out_ << "\r\033[K" << std::flush;
-    bar_shown_ = false;
 }
 
 int terminal_columns() {

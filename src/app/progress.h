@@ -1,6 +1,5 @@
-// Progress on stderr: a bar on a terminal, a line now and then in a log.
+// Progress in words, and counts and times for people.
 #pragma once
-#include <iosfwd>
 #include <string>
 
 #include "irradia/Renderer.h"
@@ -13,26 +12,10 @@ std::string count_text(double count);
 std::string time_text(double seconds);
 /// Stage, records, rays a second and time left, without the bar; what a log gets: "records: 43 %, 5 321 records, ...".
 std::string progress_text(const Progress& progress);
-/// The same behind a bar, at most `columns` wide.
+/// Seconds left by what is done so far; negative: too early to tell.
+double seconds_left(const Progress& progress);
+/// The same as progress_text() behind a bar, at most `columns` wide.
 std::string progress_bar(const Progress& progress, int columns);
-
-/// Prints progress at a bearable rate, by Progress::elapsed: ten times a second on a terminal, every five seconds
-/// (later, of 5 % of the time so far) and at the change of a stage in a log.
-class ProgressPrinter {
-public:
-    /// `columns`: width of the terminal, 0 if `out` is none.
-    ProgressPrinter(std::ostream& out, int columns) : out_(out), columns_(columns) {}
-    void operator()(const Progress& progress);
-    /// Clears the bar, so that other lines can follow.
-    void clear();
-
-private:
-    std::ostream& out_;
-    int columns_;
-    double last_ = 0;
-    bool bar_shown_ = false;
-    std::string stage_;
-};
 
 /// Width of the terminal on stderr; 0 if stderr is none.
 int terminal_columns();

@@ -1,6 +1,7 @@
 // render: a scene file in, pictures out.
 #include <chrono>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <optional>
@@ -11,11 +12,16 @@
 #include "app/film_size.h"
 #include "app/help.h"
 #include "app/loading.h"
+#include "app/log.h"
+#include "app/log_options.h"
+#include "app/memory_option.h"
 #include "app/options.h"
 #include "app/output.h"
 #include "app/point_list.h"
 #include "app/progress.h"
+#include "app/stage_log.h"
 #include "app/stats.h"
+#include "core/memory.h"
 #include "irradia/Error.h"
 #include "irradia/PackedScene.h"
 #ifndef IRRADIA_MINIMAL
@@ -28,19 +34,7 @@ namespace {
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-/// Lines on stderr: news with --verbose, warnings unless --quiet.
-struct Messages {
-    const Options& options;
-    void warn(const std::string& text) const {
-        if (!options.quiet) std::cerr << "render: warning: " << text << '\n';
-    }
-    void say(const std::string& text) const {
-        if (!options.quiet) std::cerr << "render: " << text << '\n';
-    }
-    void detail(const std::string& text) const {
-        if (options.verbose) std::cerr << "render: " << text << '\n';
-    }
-};
+constexpr const char* kSmallerScene = "take a smaller scene: fewer triangles, smaller textures";
 
 void print_devices() {
     const std::vector<DeviceDescription> devices = list_devices();
@@ -53,18 +47,19 @@ void print_devices() {
 }
 
 /// `device`: the one that will render; null: none will, or the scene is to be packed too.
-Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monitor, const Device* device) {
+Scene open_scene(const Options& o, Log& log, LoadMonitor& monitor, const Device* device) {
     if (is_packed_scene(o.scene)) {
         if (!o.defines.empty())
             throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
         monitor("packed scene", 0);
+        require_memory(o.device.memory_limit, std::filesystem::file_size(o.scene), "the packed scene", kSmallerScene);
         Scene scene = read_packed_scene(o.scene);
         scene.source = o.scene;
         set_film_size(scene, o.width, o.height);
         return scene;
     }
 #ifdef IRRADIA_MINIMAL
-    (void)messages, (void)device;
+    (void)log, (void)device;
     throw Error(o.scene + ": is not a packed scene, expected one (render SCENE.xml --pack FILE on a full build)");
 #else
     LoadOptions load;
@@ -73,19 +68,23 @@ Scene open_scene(const Options& o, const Messages& messages, LoadMonitor& monito
     const bool both = o.width > 0 && o.height > 0;  // then the shape may change, which only the loader can do
     load.width = both ? o.width : 0;
     load.height = both ? o.height : 0;
-    load.warn = [&](const std::string& text) {
-        monitor.clear();
-        messages.warn(text);
+    load.warn = [&](const std::string& text) { log.warn(text); };
+    load.progress = [&](const std::string& stage, double fraction) {
+        monitor(stage, fraction);
+        require_memory(o.device.memory_limit, 0, "loading (" + stage + ")", kSmallerScene);
     };
-    load.progress = [&](const std::string& stage, double fraction) { monitor(stage, fraction); };
+    load.need = [&](std::uint64_t bytes, const std::string& what) {
+        require_memory(o.device.memory_limit, bytes, what, kSmallerScene);
+    };
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
     const AccelLayouts layouts = device == nullptr         ? AccelLayouts::both
                                  : device->cpu_traversal() ? AccelLayouts::bvh8
                                                            : AccelLayouts::bvh2;
     monitor("hierarchy", 0);
+    require_memory(o.device.memory_limit, accel_memory(scene, layouts), "the scene's hierarchy", kSmallerScene);
     build_accel(
-        scene, o.device.threads, [&](double fraction) { monitor("hierarchy", fraction); }, layouts);
+        scene, o.device.threads, [&](double fraction) { load.progress("hierarchy", fraction); }, layouts);
     monitor("checks", 0);
     check_scene(o.scene, scene, layouts);  // as read_packed_scene() does: numbers that overflowed on the way to float32
     return scene;
@@ -105,48 +104,67 @@ std::string done_text(const Options& o, const RenderResult& result) {
     return out.str();
 }
 
-/// --points: no picture, but irradiance.
-void answer_points(const Options& o, const Messages& messages, const Scene& scene, Device& device,
-                   const std::vector<IrradiancePoint>& points, CarriedRecords& records) {
-    ProgressPrinter printer(std::cerr, terminal_columns());
-    ProgressCallback callback;
-    if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
-    RenderStatistics statistics;
-    const std::vector<PointIrradiance> answers = [&] {
-        try {
-            return irradiance_at(scene, device, o.settings, points, callback, records.set(), &statistics);
-        } catch (...) {
-            printer.clear();
-            throw;
-        }
-    }();
-    printer.clear();
-    for (const std::string& path : o.outputs) write_points(path, points, answers);
-    messages.say("wrote " + o.outputs.front() + ": irradiance at " + count_text(static_cast<double>(points.size())) +
-                 " points, " + time_text(statistics.seconds) + ", " +
-                 count_text(static_cast<double>(statistics.records)) + " records");
-    if (const std::string what = records.save(); !what.empty()) messages.say(what);
+Fields done_fields(const Options& o, const RenderResult& result) {
+    Fields fields{{"output", o.outputs}, {"seconds", result.statistics.seconds}};
+    if (result.statistics.records > 0) fields["records"] = result.statistics.records;
+    if (result.statistics.radiance_records > 0) fields["radiance_records"] = result.statistics.radiance_records;
+    if (result.error) fields["relative_rmse"] = result.error->rel_rmse.value;
+    return fields;
 }
 
-void render_and_write(const Options& o, const Messages& messages, const Scene& scene, Device& device, double began,
+/// Seconds that it took.
+double write_pictures(const Options& o, Log& log, const Image& image) {
+    StageLog stages(log);
+    const double began = now();
+    Progress progress;
+    progress.stage = "writing";
+    for (std::size_t i = 0; i < o.outputs.size(); ++i) {
+        progress.fraction = static_cast<double>(i) / static_cast<double>(o.outputs.size());
+        progress.elapsed = now() - began;
+        stages(progress);
+        save_picture(o.outputs[i], image, o.exposure);
+    }
+    stages.finish(now() - began);
+    return now() - began;
+}
+
+/// --points: no picture, but irradiance.
+void answer_points(const Options& o, Log& log, const Scene& scene, Device& device,
+                   const std::vector<IrradiancePoint>& points, CarriedRecords& records) {
+    StageLog stages(log);
+    const ProgressCallback callback = [&](const Progress& p) {
+        stages(p);
+        check_memory(o, "the render (" + p.stage + ")");
+    };
+    RenderStatistics statistics;
+    const std::vector<PointIrradiance> answers =
+        irradiance_at(scene, device, o.settings, points, callback, records.set(), &statistics);
+    stages.finish();
+    for (const std::string& path : o.outputs) write_points(path, points, answers);
+    log.info("wrote " + o.outputs.front() + ": irradiance at " + count_text(static_cast<double>(points.size())) +
+             " points, " + time_text(statistics.seconds) + ", " + count_text(static_cast<double>(statistics.records)) +
+             " records");
+    if (const std::string what = records.save(); !what.empty()) log.info(what);
+}
+
+void render_and_write(const Options& o, Log& log, const Scene& scene, Device& device, double began,
                       const Phases& load_phases, std::uint64_t load_peak_bytes, CarriedRecords& records) {
-    ProgressPrinter printer(std::cerr, terminal_columns());
-    ProgressCallback callback;
-    if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
+    require_picture_memory(o, scene.info.width, scene.info.height);
+    StageLog stages(log);
+    const ProgressCallback callback = [&](const Progress& p) {
+        stages(p);
+        check_memory(o, "the render (" + p.stage + ")");
+    };
     RenderResult result = [&] {
         try {
             return render(scene, device, o.settings, callback, records.set());
         } catch (const std::bad_alloc&) {
-            printer.clear();
             throw Error("out of memory for a picture of " + std::to_string(scene.info.width) + " x " +
                         std::to_string(scene.info.height) +
                         " pixels: take a smaller one (--width, --height) or fewer layers (--aov)");
-        } catch (...) {
-            printer.clear();
-            throw;
         }
     }();
-    printer.clear();
+    stages.finish();
 
     Run run{o,
             scene,
@@ -158,20 +176,18 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
             load_peak_bytes};
     if (result.error) run.error = &*result.error;
     for (auto& [key, value] : picture_metadata(run)) result.image.metadata[key] = value;
-    const double write_began = now();
-    for (const std::string& path : o.outputs) save_picture(path, result.image, o.exposure);
-    run.write_seconds = now() - write_began;
+    run.write_seconds = write_pictures(o, log, result.image);
     run.total_seconds = now() - began;
     if (!o.stats.empty()) save_text(o.stats, stats_json(run));
-    messages.say(done_text(o, result));
-    if (result.error) messages.say(error_text(*result.error));
-    if (const std::string what = records.save(); !what.empty()) messages.say(what);
-    if (o.verbose) std::cerr << stats_table(run);
+    log.info(done_text(o, result), done_fields(o, result));
+    if (result.error) log.info(error_text(*result.error));
+    if (const std::string what = records.save(); !what.empty()) log.info(what);
+    if (log.shows(Level::detail))
+        log.table("statistics", stats_table(run), {{"statistics", Fields::parse(stats_json(run))}});
 }
 
-void run(const Options& o) {
+void run(const Options& o, Log& log) {
     const double began = now();
-    const Messages messages{o};
     if (o.list_devices) return print_devices();
 
     // What cannot be written is found now, not after an hour of rendering.
@@ -186,39 +202,37 @@ void run(const Options& o) {
     }
     if (!o.stats.empty()) check_writable(o.stats);
     if (!o.pack.empty()) check_writable(o.pack);
-    if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
+    if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) log.warn("--aov: only .exr files hold layers");
 
-    CarriedRecords records(o, [&](const std::string& text) { messages.warn(text); });
+    require_records_memory(o);
+    CarriedRecords records(o, [&](const std::string& text) { log.warn(text); });
     const std::vector<IrradiancePoint> points =
         o.points.empty() ? std::vector<IrradiancePoint>{} : read_points(o.points);
 
     std::optional<Device> device;  // one that is not there is found before a large scene is loaded
     if (!o.outputs.empty()) device.emplace(o.device);
-    ProgressPrinter printer(std::cerr, terminal_columns());
-    LoadMonitor monitor(o.quiet ? nullptr : &printer, began);
-    Scene scene = [&] {
-        try {
-            return open_scene(o, messages, monitor, o.pack.empty() && device ? &*device : nullptr);
-        } catch (...) {
-            monitor.clear();
-            throw;
-        }
-    }();
+    StageLog stages(log);
+    LoadMonitor monitor(&stages, now());
+    Scene scene = open_scene(o, log, monitor, o.pack.empty() && device ? &*device : nullptr);
     monitor.finish();
     set_rfilter(scene, o.rfilter);
-    const std::uint64_t load_peak_bytes = peak_host_memory();
-    messages.say(load_text(scene, monitor.phases(), load_peak_bytes));
+    const std::uint64_t load_peak_bytes = peak_resident_memory();
+    log.info(load_text(scene, monitor.phases(), load_peak_bytes),
+             {{"scene", scene.source}, {"triangles", scene.triangles.size()}, {"peak_bytes", load_peak_bytes}});
     if (!o.pack.empty()) {
         write_packed_scene(o.pack, scene);
-        messages.say("wrote " + o.pack + ": packed scene");
+        log.info("wrote " + o.pack + ": packed scene", {{"output", o.pack}});
     }
-    if (o.outputs.empty()) return;
+    if (o.outputs.empty()) return log.done({o.pack}, now() - began);
 
-    messages.detail("device " + std::to_string(device->description().index) + ": " + device->description().name + " (" +
-                    device->description().platform + "), " + (device->cpu_traversal() ? "cpu" : "gpu") + " traversal");
+    log.detail("device " + std::to_string(device->description().index) + ": " + device->description().name + " (" +
+               device->description().platform + "), " + (device->cpu_traversal() ? "cpu" : "gpu") + " traversal");
     records.check(scene);
-    if (!o.points.empty()) return answer_points(o, messages, scene, *device, points, records);
-    render_and_write(o, messages, scene, *device, began, monitor.phases(), load_peak_bytes, records);
+    if (!o.points.empty())
+        answer_points(o, log, scene, *device, points, records);
+    else
+        render_and_write(o, log, scene, *device, began, monitor.phases(), load_peak_bytes, records);
+    log.done(o.outputs, now() - began);
 }
 
 }  // namespace
@@ -228,16 +242,24 @@ int main(int argc, char** argv) {
     namespace app = irradia::app;
     app::Options options;
     if (const int status = app::parse_options(argc, argv, options); status >= 0) return status;
+    app::ignore_closed_pipes();
+    app::Log log(app::log_settings(options), app::terminal_columns());
+    const auto failed = [&](const std::string& what, int status) {
+        log.failed(what, status);
+        if (status == app::kBadCommandLine)  // those of parse_options() are plain text, and so are these
+            std::cerr << "render: " << what << '\n';
+        else
+            log.error(what);
+        return status;
+    };
     try {
-        app::run(options);
+        app::run(options, log);
         return 0;
     } catch (const irradia::Error& error) {
-        std::cerr << "render: " << error.what() << '\n';
-        return error.exit_status();
+        return failed(error.what(), error.exit_status());
     } catch (const std::bad_alloc&) {
-        std::cerr << "render: out of memory\n";
+        return failed(app::out_of_memory_text(), app::kBadInput);
     } catch (const std::exception& error) {
-        std::cerr << "render: " << error.what() << '\n';
+        return failed(error.what(), app::kBadInput);
     }
-    return app::kBadInput;
 }

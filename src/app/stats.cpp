@@ -1,7 +1,5 @@
 #include "app/stats.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <iomanip>
 #include <nlohmann/json.hpp>
@@ -10,6 +8,7 @@
 
 #include "app/film_size.h"
 #include "app/progress.h"
+#include "core/memory.h"
 
 namespace irradia::app {
 namespace {
@@ -107,12 +106,6 @@ std::uint64_t total_rays(const RenderStatistics& s) {
 
 }  // namespace
 
-std::uint64_t peak_host_memory() {
-    rusage usage{};
-    ::getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // Linux counts in KiB
-}
-
 std::string stats_json(const Run& r) {
     const RenderStatistics& s = r.statistics;
     Json stages = Json::object(), rays = Json::object();
@@ -159,7 +152,7 @@ std::string stats_json(const Run& r) {
               {"iterations", s.iterations},
               {"mean_spp", s.mean_spp},
               {"memory",
-               {{"host_peak_bytes", peak_host_memory()},
+               {{"host_peak_bytes", peak_resident_memory()},
                 {"load_peak_bytes", r.load_peak_bytes},
                 {"scene_bytes", scene_bytes(r.scene)},
                 {"device_peak_bytes", r.device_peak_bytes}}}};
@@ -223,7 +216,7 @@ std::string stats_table(const Run& r) {
                            std::to_string(s.octree_depth) + ", grown " + std::to_string(s.octree_growths) + " times");
     }
     out << "peak memory\n";
-    line("host", mebibytes(peak_host_memory()));
+    line("host", mebibytes(peak_resident_memory()));
     line("device buffers", mebibytes(r.device_peak_bytes));
     return out.str();
 }

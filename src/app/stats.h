@@ -33,7 +33,4 @@ std::map<std::string, std::string> picture_metadata(const Run& run);
 /// Device time by stage, rays by kind, memory: several lines.
 std::string stats_table(const Run& run);
 
-/// Largest resident set of this process so far, bytes.
-std::uint64_t peak_host_memory();
-
 }  // namespace irradia::app

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/memory.h"
 #include "device/kernel_source.h"
 #include "device/program_cache.h"
 #include "device/session.h"
@@ -142,6 +143,7 @@ struct Device::Impl {
     std::shared_ptr<Session> session;
     bool cpu_traversal = false;
     std::uint64_t largest_allocation = 0;
+    std::uint64_t memory_limit = 0, resident_before = 0;       // of a CPU device; the resident set before any buffer
     std::map<std::string, cl_program> programs;                // by file and compiler options
     std::vector<std::pair<std::string, cl_program>> compiled;  // here, from their source; by program_key
 
@@ -208,6 +210,7 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
     impl_->session = std::make_shared<Session>(options);
     impl_->cpu_traversal =
         options.traversal.empty() ? impl_->session->device.description.is_cpu : options.traversal == "cpu";
+    if (impl_->session->device.description.is_cpu) impl_->memory_limit = options.memory_limit;
     impl_->largest_allocation = device::device_info<cl_ulong>(impl_->session->device.id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
 }
 
@@ -260,6 +263,14 @@ Buffer Device::allocate(std::size_t bytes) {
         refuse("one buffer may have " + std::to_string(impl_->largest_allocation) + " bytes (" +
                format_bytes(impl_->largest_allocation) + ")");
     if (used + bytes > d.global_memory) refuse("the device is full");
+    if (impl_->memory_limit > 0) {
+        const std::uint64_t resident = resident_memory();
+        if (used == 0) impl_->resident_before = resident;
+        // Buffers become resident as they are written to: those that are not yet count too.
+        require_memory(impl_->memory_limit, std::max(resident, impl_->resident_before + used), bytes,
+                       "a buffer of device '" + d.name + "'",
+                       "take a smaller picture or scene, fewer layers (--aov), or fewer records (a larger --accuracy)");
+    }
     cl_int status = CL_SUCCESS;
     cl_mem memory = clCreateBuffer(impl_->session->context, CL_MEM_READ_WRITE, bytes, nullptr, &status);
     if (status != CL_SUCCESS) refuse(device::status_name(status));

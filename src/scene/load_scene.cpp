@@ -80,6 +80,8 @@ public:
             vertices += shape.mesh.positions.size();
             triangles += shape.mesh.triangles.size();
         }
+        context_.need(vertices * sizeof(shared::Vertex) + triangles * sizeof(shared::Triangle),
+                      "the scene's triangles");
         scene_.vertices.reserve(vertices);
         scene_.triangles.reserve(triangles);
     }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "scene/build.h"
@@ -257,6 +258,21 @@ void load_mesh(Request& request, bool colours) {
     place_mesh(request);
 }
 
+// Measured: meshes take 1.4 times their binary files' sizes and more (text and compressed ones several times), and a
+// file is in memory while it is read.
+std::uint64_t least_memory(const std::vector<Request>& requests) {
+    double all = 0, largest = 0;
+    for (const Request& request : requests) {
+        if (request.path.empty()) continue;
+        std::error_code unreadable;  // which is said when it is read
+        const auto bytes = static_cast<double>(std::filesystem::file_size(request.path, unreadable));
+        if (unreadable) continue;
+        all += bytes;
+        largest = std::max(largest, bytes);
+    }
+    return static_cast<std::uint64_t>(1.4 * all + largest);
+}
+
 }  // namespace
 
 std::vector<Shape> read_shapes(const Context& context, const Document& document, MaterialTable& materials,
@@ -275,6 +291,7 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
     std::vector<std::exception_ptr> errors(requests.size());
     std::atomic<std::size_t> done = 0;
     context.progress("meshes", 0.0);
+    context.need(least_memory(requests), "the scene's meshes");
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
         if (is_analytic(requests[i].shape.kind)) return;
         try {

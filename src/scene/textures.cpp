@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <exception>
@@ -92,6 +93,7 @@ void TextureTable::load(const Context& context, Scene& scene) const {
     }
     std::vector<Picture> pictures(specs_.size());
     std::vector<std::exception_ptr> errors(specs_.size());
+    std::atomic<std::size_t> done = 0;
     tbb::parallel_for(std::size_t{0}, specs_.size(), [&](std::size_t i) {
         if (first[i] != i || !is_bitmap(specs_[i])) return;
         try {
@@ -99,6 +101,7 @@ void TextureTable::load(const Context& context, Scene& scene) const {
         } catch (...) {
             errors[i] = std::current_exception();
         }
+        context.progress("textures", static_cast<double>(++done) / static_cast<double>(specs_.size()));
     });
     for (std::size_t i = 0; i < specs_.size(); ++i) {
         const auto& spec = specs_[i];

@@ -65,6 +65,9 @@ struct Context {
     void progress(const char* stage, double fraction) const {
         if (options.progress) options.progress(stage, fraction);
     }
+    void need(std::uint64_t bytes, const char* what) const {
+        if (options.need) options.need(bytes, what);
+    }
     /// Strict: throws "file:line: <element> is not supported; supported: ...". Lenient: warns, naming the substitute.
     void unsupported(const Node& node, const std::string& supported, const std::string& substitute) const;
     /// The same with free wording: strict throws `message`, lenient warns "message; substitute".

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <thread>
 
+#include "packets.h"
+
 namespace irradia::app {
 namespace {
 
@@ -29,16 +31,17 @@ TEST(LoadMonitor, TakesTheTimeOfEachStage) {
 
 // The bar of a terminal: stage by stage it only grows, and is gone at the end.
 TEST(LoadMonitor, ShowsABarThatGrows) {
-    std::ostringstream out;
-    ProgressPrinter printer(out, 80);
-    LoadMonitor monitor(&printer, now() - 1);  // a second ago
+    test::Packets err;
+    Log log({}, 80, err.end());
+    StageLog stages(log);
+    LoadMonitor monitor(&stages, now() - 1);  // a second ago
     int before = -1;
     for (const char* stage : {"parsing", "meshes", "textures", "assembly", "hierarchy", "checks"})
         for (const double fraction : {0.0, 0.9}) {
             std::this_thread::sleep_for(std::chrono::milliseconds(110));  // more often nothing is printed
-            out.str("");
+            err.take();
             monitor(stage, fraction);
-            const std::string text = out.str();
+            const std::string text = test::joined(err.take());
             ASSERT_NE(text.find(std::string("loading: ") + stage), std::string::npos) << text;
             const int percent = std::stoi(text.substr(text.find(": ", text.find(stage)) + 2));
             EXPECT_GE(percent, before) << text;
@@ -47,7 +50,7 @@ TEST(LoadMonitor, ShowsABarThatGrows) {
         }
     EXPECT_GT(before, 90);
     monitor.finish();
-    EXPECT_TRUE(out.str().ends_with("\r\033[K"));
+    EXPECT_TRUE(test::joined(err.take()).ends_with("\r\033[K"));
 }
 
 TEST(LoadText, NamesPhasesAndMemory) {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 namespace irradia::app {
 namespace {
 
@@ -40,36 +38,6 @@ TEST(Progress, BarStaysWithinTheTerminal) {
     const Progress p = at("records", 0.5, 10);
     EXPECT_EQ(progress_bar(p, 200).rfind("[==========          ] records: 50 %", 0), 0u);
     for (const int columns : {1, 20, 40, 80}) EXPECT_LT(static_cast<int>(progress_bar(p, columns).size()), columns);
-}
-
-TEST(Progress, TerminalGetsTenBarsASecondAtMostAndIsClearedAfterwards) {
-    std::ostringstream out;
-    ProgressPrinter printer(out, 80);
-    for (int i = 0; i <= 1000; ++i) printer(at("records", i / 1000.0, i / 1000.0));  // one second
-    std::size_t bars = 0;
-    for (const char c : out.str()) bars += c == '\r';
-    EXPECT_GE(bars, 9u);
-    EXPECT_LE(bars, 11u);
-    EXPECT_EQ(out.str().find('\n'), std::string::npos);
-    printer.clear();
-    EXPECT_EQ(out.str().substr(out.str().size() - 4), "\r\033[K");
-}
-
-TEST(Progress, LogGetsALineEveryFiveSecondsThenFewerAndNoControlCharacters) {
-    const auto lines_after = [](double seconds) {
-        std::ostringstream out;
-        ProgressPrinter printer(out, 0);
-        for (double t = 0; t <= seconds; t += 0.25) printer(at("records", t / (seconds + 1), t));
-        printer.clear();
-        EXPECT_EQ(out.str().find('\r'), std::string::npos);
-        std::size_t lines = 0;
-        for (const char c : out.str()) lines += c == '\n';
-        return lines;
-    };
-    EXPECT_LE(lines_after(4.5), 1u);  // the stage, once
-    EXPECT_GE(lines_after(60), 9u);
-    EXPECT_LE(lines_after(60), 13u);
-    EXPECT_LE(lines_after(3600), 100u);
 }
 
 }  // namespace

@@ -81,6 +81,9 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--traversal",
                                                "--quiet",
                                                "--verbose",
+                                               "--memory-limit",
+                                               "--log-json",
+                                               "--progress",
                                                "--help",
                                                "--version"};
     for (const std::string& option : expected) EXPECT_NE(help.out.find(option), std::string::npos) << option;
