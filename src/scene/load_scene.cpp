@@ -10,6 +10,7 @@
 
 #include "scene/build.h"
 #include "scene/in_parallel.h"
+#include "scene/parts.h"
 
 namespace irradia {
 namespace loader {
@@ -109,12 +110,12 @@ public:
             l.e2y = static_cast<float>(light.beam);
         }
         if (light.kind == IR_LIGHT_ENVMAP) {
-            if (scene_.texels.size() + environment_words(light.map) > 0xffffffffu)
+            if (scene_.texels.size() + environment_words(*light.map) > 0xffffffffu)
                 fail(*light.node, "the scene's textures exceed 16 GiB");
-            set3(l.e1x, l.e1y, l.e1z, light.map.axes[0]);
-            set3(l.e2x, l.e2y, l.e2z, light.map.axes[1]);
-            set3(l.nx, l.ny, l.nz, light.map.axes[2]);
-            append_environment(light.map, scene_, l);
+            set3(l.e1x, l.e1y, l.e1z, light.axes[0]);
+            set3(l.e2x, l.e2y, l.e2z, light.axes[1]);
+            set3(l.nx, l.ny, l.nz, light.axes[2]);
+            append_environment(*light.map, scene_, l);
         }
         scene_.lights.push_back(l);
     }
@@ -363,6 +364,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     options.warn = [&](const std::string& line) {
         if (given.warn && said.insert(line).second) given.warn(line);
     };
+    PartsInUse in_use(options.parts);
     const Context context{options};
     context.progress("parsing", 0.0);
     Document document;
@@ -407,6 +409,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     scene.materials = std::move(materials.materials);
     set_selection_probabilities(scene.lights, 0.5 * static_cast<double>(scene.info.diagonal));
     finish_scene(scene);
+    in_use.loaded();
     return scene;
 }
 
