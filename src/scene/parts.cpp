@@ -50,6 +50,16 @@ PartKey part_key(const std::string& path, const std::string& how) {
     return {error ? path : canonical.string(), how};  // no such file: its reader says so
 }
 
+RoughCoat coat_from_parts(SceneParts* parts, double eta, double alpha, bool beckmann) {
+    if (!parts) return rough_coat(eta, alpha, beckmann);
+    SceneParts::Impl& impl = parts->impl();
+    const std::lock_guard lock(impl.mutex);
+    const auto [place, added] = impl.coats.try_emplace({eta, alpha, beckmann});
+    if (added) place->second.coat = rough_coat(eta, alpha, beckmann);
+    place->second.used = impl.load;
+    return place->second.coat;
+}
+
 PartsInUse::PartsInUse(SceneParts* parts) : parts_(parts) {
     if (parts_) ++parts_->impl().load;
 }
@@ -67,6 +77,7 @@ PartsInUse::~PartsInUse() {
     drop(impl.meshes);
     drop(impl.pictures);
     drop(impl.environments);
+    drop(impl.coats);
     if (loaded_) impl.last_good = impl.load;
 }
 

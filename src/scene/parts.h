@@ -39,6 +39,10 @@ struct Part {
     std::shared_ptr<const T> value;
     std::uint64_t used = 0;  // number of the last load that did
 };
+struct CoatPart {
+    RoughCoat coat;
+    std::uint64_t used = 0;
+};
 template <class T>
 using Parts = std::map<PartKey, Part<T>>;
 
@@ -49,7 +53,8 @@ struct SceneParts::Impl {
     loader::Parts<loader::Mesh> meshes;
     loader::Parts<loader::Picture> pictures;
     loader::Parts<loader::EnvironmentMap> environments;
-    std::uint64_t load = 0, last_good = 0;  // numbers of loads
+    std::map<std::tuple<double, double, bool>, loader::CoatPart> coats;  // of no file, but slow to compute
+    std::uint64_t load = 0, last_good = 0;                               // numbers of loads
     std::size_t files_read = 0;
 
     /// What read() makes of a file, or made of it before. Two threads that ask for the same one may both read it.
@@ -85,6 +90,9 @@ std::shared_ptr<const T> from_parts(SceneParts* parts, Parts<T> SceneParts::Impl
     if (!parts) return std::make_shared<const T>(read());
     return parts->impl().get(parts->impl().*store, part_key(path, how), read);
 }
+
+/// rough_coat(), computed once for all loads.
+RoughCoat coat_from_parts(SceneParts* parts, double eta, double alpha, bool beckmann);
 
 /// A load's use of parts (null: none): at its end what nobody will ask for is dropped.
 class PartsInUse {

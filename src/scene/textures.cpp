@@ -99,6 +99,13 @@ void TextureTable::load(const Context& context, Scene& scene) const {
             errors[i] = std::current_exception();
         }
     });
+    const auto words_of = [](const Picture& picture) {
+        return std::size_t{picture.width} * picture.height * (picture.bytes.empty() ? 3 : 1);
+    };
+    std::size_t all_words = scene.texels.size();  // at once: a step each texture would copy those before it every time
+    for (const auto& picture : pictures)
+        if (picture) all_words += words_of(*picture);
+    scene.texels.reserve(std::min<std::size_t>(all_words, 0xffffffffu));
     for (std::size_t i = 0; i < specs_.size(); ++i) {
         const auto& spec = specs_[i];
         if (errors[i]) {
@@ -140,11 +147,9 @@ void TextureTable::load(const Context& context, Scene& scene) const {
         const Picture& picture = *pictures[i];
         texture.width = picture.width;
         texture.height = picture.height;
-        const std::size_t words =
-            static_cast<std::size_t>(picture.width) * picture.height * (picture.bytes.empty() ? 3 : 1);
-        if (scene.texels.size() + words > 0xffffffffu) fail(*spec.node, "the scene's textures exceed 16 GiB");
+        if (scene.texels.size() + words_of(picture) > 0xffffffffu)
+            fail(*spec.node, "the scene's textures exceed 16 GiB");
         texture.offset = static_cast<std::uint32_t>(scene.texels.size());
-        scene.texels.reserve(scene.texels.size() + words);
         if (!picture.bytes.empty()) {
             texture.format = spec.raw ? IR_TEXTURE_RGBA8_LINEAR : IR_TEXTURE_RGBA8_SRGB;
             for (std::size_t t = 0; t < picture.bytes.size(); t += 3)

@@ -219,6 +219,17 @@ TEST_F(Parts, EveryMeshOfASerializedFile) {
     EXPECT_EQ(read_by(sensor + lamp + shape(1) + shape(0)), 0u);
 }
 
+TEST_F(Parts, CoatsOfRoughPlastics) {
+    const auto coated = [&](const std::string& alpha) {
+        return sensor + lamp +
+               mesh("ply", "tetrahedron.ply", 2,
+                    R"(<bsdf type="roughplastic"><float name="alpha" value=")" + alpha + "\"/></bsdf>");
+    };
+    EXPECT_EQ(read_by(coated("0.2")), 1u);
+    EXPECT_EQ(read_by(coated("0.2")), 0u);
+    EXPECT_EQ(read_by(coated("0.3")), 0u);
+}
+
 TEST_F(Parts, MeansOfPicturesInPlaceOfTexturedLamps) {
     const std::string body =
         sensor + mesh("ply", "tetrahedron.ply", 2) +
