@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "camera/lens.h"
 #include "irradia/Scene.h"
 #include "scene/properties.h"
 
@@ -230,18 +231,14 @@ std::vector<FreeLight> read_free_lights(const Context& context, const Document& 
 /// Sets probability and cdf by power; `radius` = the scene's bounding sphere, for lights from outside.
 void set_selection_probabilities(std::vector<shared::Light>& lights, double radius);
 
-/// The camera in world space: direction through film (x, y) = corner + x dx + y dy, unit depth along `forward`.
-struct CameraFrame {
+struct Sensor : CameraFrame {
     const Node* node = nullptr;
-    glm::dvec3 origin{0.0}, corner{0.0}, dx{0.0}, dy{0.0}, forward{0.0};
-    double near_clip = 0.01, far_clip = 1e4;
-    double aperture_radius = 0.0, focus_distance = 0.0;  // thin lens; radius 0: pinhole
 };
 /// Reads the sensor; sets film size, reconstruction filter and sample_count of `scene`.
-CameraFrame read_sensor(const Context& context, const Document& document, Scene& scene);
+Sensor read_sensor(const Context& context, const Document& document, Scene& scene);
 /// Throws Error if the camera is inside a solid object, so that all it sees are back sides that reflect nothing, or so
 /// near to a surface that near_clip cuts it away and nothing else is seen. A room, seen from its front sides, is fine.
-void check_camera(const CameraFrame& camera, const std::vector<Shape>& shapes,
+void check_camera(const Sensor& camera, const std::vector<Shape>& shapes,
                   const std::vector<shared::Material>& materials, bool environment);
 
 }  // namespace irradia::loader

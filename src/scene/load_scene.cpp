@@ -129,20 +129,7 @@ public:
         set_mean_of_textured_lights(scene_);
     }
 
-    void camera(const CameraFrame& frame) {
-        auto& c = scene_.info.camera;
-        set3(c.ox, c.oy, c.oz, frame.origin - centre_);
-        set3(c.cornerx, c.cornery, c.cornerz, frame.corner);
-        set3(c.dxx, c.dxy, c.dxz, frame.dx);
-        set3(c.dyx, c.dyy, c.dyz, frame.dy);
-        set3(c.forwardx, c.forwardy, c.forwardz, frame.forward);
-        c.near_clip = static_cast<float>(frame.near_clip);
-        c.far_clip = static_cast<float>(frame.far_clip);
-        c.aperture_radius = static_cast<float>(frame.aperture_radius);
-        c.focus_distance = static_cast<float>(frame.focus_distance);
-        c.pixel_size = static_cast<float>(
-            std::sqrt(glm::length(frame.dx) / scene_.info.width * glm::length(frame.dy) / scene_.info.height));
-    }
+    void camera(const CameraFrame& frame) { scene_.info.camera = rounded(frame, centre_, scene_.info); }
 
 private:
     const Context& context_;
@@ -373,7 +360,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
 
     Scene scene;
     scene.source = path;
-    const CameraFrame camera = read_sensor(context, document, scene);
+    const Sensor camera = read_sensor(context, document, scene);
     TextureTable textures;
     MaterialTable materials(context, document, textures);
     // Materials nobody uses are read too: a mistake in one is a mistake.
