@@ -12,7 +12,7 @@ if(NOT IRRADIA_MINIMAL)
   install(TARGETS compare RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
   install(TARGETS irradia_oiio LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Irradia")
-  install(TARGETS irradia_options irradia_device irradia_core irradia_records irradia_cache irradia_render irradia_scene irradia_accel
+  install(TARGETS irradia_options irradia_device irradia_core irradia_camera irradia_records irradia_cache irradia_render irradia_scene irradia_accel
                   irradia_image irradia_pictures
           EXPORT IrradiaTargets ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
   install(DIRECTORY include/irradia DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")

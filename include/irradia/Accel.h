@@ -16,4 +16,10 @@ void build_accel(Scene& scene, int threads = 0, const std::function<void(double)
 /// About how many bytes build_accel() takes at its peak besides the scene, hierarchy included.
 std::uint64_t accel_memory(const Scene& scene, AccelLayouts layouts);
 
+/// Moves from.accel to `to` if building it anew would yield the same bytes: if both scenes have the same vertex positions,
+/// triangles' corners and analytic shapes, bit for bit; materials, normals and lights may differ. Afterwards `to` has the
+/// layouts asked for and from.accel is empty. False, and nothing is changed: geometry differs, or `from` lacks a layout.
+/// Costs a pass over both, a small part of what building does.
+bool take_accel(Scene& to, Scene& from, AccelLayouts layouts = AccelLayouts::both);
+
 }  // namespace irradia

@@ -216,6 +216,7 @@ void check_info(const std::string& where, const Scene& scene) {
                   scene.lights[static_cast<std::size_t>(s.environment_light)].kind == IR_LIGHT_CONSTANT ||
                   scene.lights[static_cast<std::size_t>(s.environment_light)].kind == IR_LIGHT_ENVMAP,
               "the environment light is of another kind");
+    q.require(s.fov_axis <= IR_FOV_AXIS_LARGER, "unknown axis of the field of view");
     q.require(s.diagonal >= 0.0f, "the diagonal is negative");
     q.finite(s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z);
     q.require(s.min_x <= s.max_x && s.min_y <= s.max_y && s.min_z <= s.max_z, "the bounds are inverted");

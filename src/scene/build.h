@@ -4,11 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "camera/lens.h"
 #include "irradia/Scene.h"
 #include "scene/properties.h"
 
@@ -30,6 +32,12 @@ Mesh read_ply(const std::string& path, bool colours);
 Mesh read_obj(const std::string& path, bool colours);
 /// Mesh number `index`, from 0 on, of a file of several.
 Mesh read_serialized(const std::string& path, long long index, bool colours);
+struct MeshFile {
+    std::string type, path;  // type: obj, ply, serialized
+    long long index = 0;     // of the mesh within a serialized file
+};
+/// By the file's type, checked.
+Mesh read_mesh(const MeshFile& file, bool colours);
 /// Every position, normal and texture coordinate finite, every index in range, at least one triangle. Throws Error.
 void check_mesh(const std::string& path, const Mesh& mesh);
 /// Angle-weighted vertex normals (Thuermer and Wuethrich), as Mitsuba computes them where a file has none.
@@ -63,8 +71,17 @@ public:
 private:
     std::vector<TextureSpec> specs_;
 };
+/// A picture file as three channels a texel, rows from the top; either 8 bit or float.
+struct Picture {
+    std::uint32_t width = 0, height = 0;
+    std::vector<std::uint8_t> bytes;
+    std::vector<float> floats;
+};
+/// Reads it, unless options.parts has it. Throws Error without the scene's line.
+std::shared_ptr<const Picture> picture_of(const Context& context, const std::string& path, bool raw);
 /// Mean linear colour of a picture file, each row weighted by `row_weight(y in (0,1))`; for substitutes.
-glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, double (*row_weight)(double));
+glm::dvec3 mean_colour(const Context& context, const Node& node, const std::string& path, bool raw,
+                       double (*row_weight)(double));
 
 /// The mean of a loaded texture as Mitsuba takes it: of a picture's luminance, of all channels of a checkerboard.
 double mean_of_texture(const Scene& scene, const shared::Texture& texture);
@@ -179,11 +196,13 @@ void add_vertex_colours(const std::vector<Shape>& shapes, const std::vector<shar
 struct EnvironmentMap {
     std::uint32_t width = 0, height = 0;  // at least 1 x 2
     std::vector<float> texels;
-    glm::dmat3 axes{1.0};  // the map's unit x, y and z axis in the scene
+    std::vector<std::uint32_t> tables;  // that kernels sample it by
+    glm::dvec3 mean{0.0};               // radiance over the sphere
+    std::size_t negative = 0;           // how many values of the file were and are 0 now
 };
-EnvironmentMap read_environment(const Context& context, const Node& node, const std::string& path, double scale);
-/// Over the sphere.
-glm::dvec3 mean_radiance(const EnvironmentMap& map);
+/// Reads it, unless options.parts has it.
+std::shared_ptr<const EnvironmentMap> read_environment(const Context& context, const Node& node,
+                                                       const std::string& path, double scale);
 /// Adds picture and sampling tables to the scene and points `light` to them. They take so many words of texels:
 std::size_t environment_words(const EnvironmentMap& map);
 void append_environment(const EnvironmentMap& map, Scene& scene, shared::Light& light);
@@ -194,7 +213,8 @@ struct FreeLight {
     const Node* node = nullptr;
     glm::dvec3 position{0.0}, direction{0.0}, colour{0.0};  // colour: of a picture its mean
     double cutoff = 0.0, beam = 0.0;                        // spot: half angles of its cones, radians
-    EnvironmentMap map;
+    std::shared_ptr<const EnvironmentMap> map;
+    glm::dmat3 axes{1.0};  // the map's unit x, y and z axis in the scene
 };
 /// The radiance of a shape's <emitter>, 1 if that is a bitmap; no value if it is to be ignored (lenient).
 std::optional<glm::dvec3> read_area_emitter(const Context& context, const Document& document, const Node& emitter);
@@ -211,18 +231,14 @@ std::vector<FreeLight> read_free_lights(const Context& context, const Document& 
 /// Sets probability and cdf by power; `radius` = the scene's bounding sphere, for lights from outside.
 void set_selection_probabilities(std::vector<shared::Light>& lights, double radius);
 
-/// The camera in world space: direction through film (x, y) = corner + x dx + y dy, unit depth along `forward`.
-struct CameraFrame {
+struct Sensor : CameraFrame {
     const Node* node = nullptr;
-    glm::dvec3 origin{0.0}, corner{0.0}, dx{0.0}, dy{0.0}, forward{0.0};
-    double near_clip = 0.01, far_clip = 1e4;
-    double aperture_radius = 0.0, focus_distance = 0.0;  // thin lens; radius 0: pinhole
 };
 /// Reads the sensor; sets film size, reconstruction filter and sample_count of `scene`.
-CameraFrame read_sensor(const Context& context, const Document& document, Scene& scene);
+Sensor read_sensor(const Context& context, const Document& document, Scene& scene);
 /// Throws Error if the camera is inside a solid object, so that all it sees are back sides that reflect nothing, or so
 /// near to a surface that near_clip cuts it away and nothing else is seen. A room, seen from its front sides, is fine.
-void check_camera(const CameraFrame& camera, const std::vector<Shape>& shapes,
+void check_camera(const Sensor& camera, const std::vector<Shape>& shapes,
                   const std::vector<shared::Material>& materials, bool environment);
 
 }  // namespace irradia::loader

@@ -86,19 +86,14 @@ void read_film(const Context& context, const Document& document, const Node* fil
 }
 
 /// tan of half the horizontal field of view. `aspect` = width / height.
-double tan_half_fov_x(Properties& p, double aspect) {
+double read_fov(Properties& p, double aspect, shared::SceneInfo& info) {
     const Node* fov_node = p.property("fov");
     const Node* focal_node = p.property("focal_length");
     const std::string given_axis = p.text("fov_axis", "x");
     if (fov_node && focal_node) fail(*focal_node, "sensor: give either fov or focal_length, not both");
-    std::string axis = given_axis;
-    double t;
-    if (fov_node) {
-        const double fov = p.number("fov");
-        if (!(fov > 0.0 && fov < 180.0))
-            fail(*fov_node, fmt::format("sensor: fov is {} degrees, a number in (0, 180) was expected", fov));
-        t = std::tan(0.5 * glm::radians(fov));
-    } else {
+    const auto axis = fov_axis_of(given_axis);
+    info.fov_axis = axis.value_or(IR_FOV_AXIS_X);
+    if (!fov_node) {
         // Without a field of view: 50 mm on 35 mm film (24 x 36 mm), along the diagonal.
         std::string focal = p.text("focal_length", "50mm");
         if (focal.size() > 2 && focal.substr(focal.size() - 2) == "mm") focal.resize(focal.size() - 2);
@@ -106,23 +101,21 @@ double tan_half_fov_x(Properties& p, double aspect) {
         if (!(millimetres > 0.0))
             fail(*focal_node,
                  fmt::format("sensor: focal_length is {} mm, a positive number was expected", millimetres));
-        t = std::sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * millimetres);
-        axis = "diagonal";
+        const double t = std::sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * millimetres);
+        return tan_half_fov_x(t, IR_FOV_AXIS_DIAGONAL, aspect);
     }
-    if (axis == "smaller")
-        axis = aspect > 1.0 ? "y" : "x";
-    else if (axis == "larger")
-        axis = aspect > 1.0 ? "x" : "y";
-    if (axis == "x") return t;
-    if (axis == "y") return t * aspect;
-    if (axis == "diagonal") return t / std::sqrt(1.0 + 1.0 / (aspect * aspect));
-    fail(*p.property("fov_axis"),
-         fmt::format("sensor: fov_axis is '{}'; x, y, diagonal, smaller or larger was expected", given_axis));
+    const double fov = p.number("fov");
+    if (!(fov > 0.0 && fov < 180.0))
+        fail(*fov_node, fmt::format("sensor: fov is {} degrees, a number in (0, 180) was expected", fov));
+    if (!axis)
+        fail(*p.property("fov_axis"),
+             fmt::format("sensor: fov_axis is '{}'; x, y, diagonal, smaller or larger was expected", given_axis));
+    return tan_half_fov_x(std::tan(0.5 * glm::radians(fov)), *axis, aspect);
 }
 
 }  // namespace
 
-CameraFrame read_sensor(const Context& context, const Document& document, Scene& scene) {
+Sensor read_sensor(const Context& context, const Document& document, Scene& scene) {
     const Node* sensor = nullptr;
     for (const auto& child : document.root.children) {
         if (child.tag != "sensor") continue;
@@ -152,8 +145,8 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
     }
 
     const double aspect = static_cast<double>(scene.info.width) / scene.info.height;
-    const double tx = tan_half_fov_x(p, aspect), ty = tx / aspect;
-    CameraFrame camera;
+    const double tx = read_fov(p, aspect, scene.info), ty = tx / aspect;
+    Sensor camera;
     camera.node = sensor;
     camera.near_clip = p.number("near_clip", 0.01);
     camera.far_clip = p.number("far_clip", 10000.0);
@@ -180,13 +173,7 @@ CameraFrame read_sensor(const Context& context, const Document& document, Scene&
 
     const glm::dmat3 linear(to_world);
     if (!(std::abs(glm::determinant(linear)) > 0.0)) fail(*sensor, "sensor: to_world is singular");
-    // Mitsuba's camera looks along +z; +x is to the left of the picture, +y up.
-    const double scale = 1.0 / glm::length(linear[2]);
-    camera.origin = glm::dvec3(to_world[3]);
-    camera.forward = linear[2] * scale;
-    camera.dx = linear[0] * (-2.0 * tx * scale);
-    camera.dy = linear[1] * (-2.0 * ty * scale);
-    camera.corner = camera.forward + (offset_x - 0.5) * camera.dx + (offset_y - 0.5) * camera.dy;
+    set_view(camera, to_world, tx, ty, offset_x, offset_y);
     return camera;
 }
 

@@ -128,7 +128,7 @@ const Shape& most_frequent(const std::map<const Shape*, int>& counts) {
 
 }  // namespace
 
-void check_camera(const CameraFrame& camera, const std::vector<Shape>& shapes,
+void check_camera(const Sensor& camera, const std::vector<Shape>& shapes,
                   const std::vector<shared::Material>& materials, bool environment) {
     // Does any part of the film see something? Nearly always the first ray does.
     std::map<const Shape*, int> hidden;

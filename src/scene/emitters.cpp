@@ -24,7 +24,7 @@ glm::dvec3 emission(const Context& context, const Document& document, Properties
         Properties t(context, document, *node);
         colour = glm::dvec3(1.0);
         if (is_bitmap(*node))
-            colour = mean_colour(*node, document.resolve(*node, t.text("filename")), t.boolean("raw", false),
+            colour = mean_colour(context, *node, document.resolve(*node, t.text("filename")), t.boolean("raw", false),
                                  [](double) { return 1.0; });
     } else {
         colour = parse_colour(context, *node);
@@ -114,8 +114,8 @@ FreeLight read_envmap(const Context& context, const Document& document, Properti
     const double scale = p.number("scale", 1.0);
     if (scale < 0.0) fail(p.node(), fmt::format("{}: scale is {}; 0 or more was expected", describe(p.node()), scale));
     light.map = read_environment(context, p.node(), document.resolve(p.node(), p.text("filename")), scale);
-    light.map.axes = glm::dmat3(rigid_transform(context, p));
-    light.colour = mean_radiance(light.map);
+    light.axes = glm::dmat3(rigid_transform(context, p));
+    light.colour = light.map->mean;
     p.ignore({"mis_compensation"});  // a matter of noise
     return light;
 }

@@ -8,6 +8,7 @@
 
 #include "pictures/oiio.h"
 #include "scene/build.h"
+#include "scene/parts.h"
 
 namespace irradia::loader {
 namespace {
@@ -83,9 +84,42 @@ void append_sums(std::vector<std::uint32_t>& texels, const std::vector<double>& 
         texels.push_back(std::bit_cast<std::uint32_t>(static_cast<float>(sum) / static_cast<float>(steps)));
 }
 
-}  // namespace
+/// All that cl/environment.h reads besides the texels.
+std::vector<std::uint32_t> sampling_tables(const EnvironmentMap& map, const CellFlux& flux) {
+    const std::uint32_t rows = map.height - 1;
+    std::vector<std::uint32_t> of_cells, tables;
+    of_cells.reserve(std::size_t{rows} * map.width);
+    std::vector<double> of_rows(rows), cells(map.width);
+    for (std::uint32_t row = 0; row < rows; ++row) {
+        for (std::uint32_t column = 0; column < map.width; ++column) {
+            cells[column] = luminance(flux(column, row));
+            of_rows[row] += cells[column];
+        }
+        append_sums(of_cells, cells);
+    }
+    const auto append = [&](double x) { tables.push_back(std::bit_cast<std::uint32_t>(static_cast<float>(x))); };
+    tables.reserve(3 * std::size_t{rows} + 1 + of_cells.size());
+    append_sums(tables, of_rows);
+    for (std::uint32_t row = 0; row < map.height; ++row) {
+        const double angle = polar_angle(row, map.height), half = std::sin(0.5 * std::min(angle, pi - angle));
+        append(2.0 * half * half);
+    }
+    for (std::uint32_t row = 0; row < rows; ++row) {
+        const auto [upper, lower] = row_weights(polar_angle(row, map.height), polar_angle(row + 1, map.height));
+        append(map.width / (2.0 * pi * (upper + lower)));
+    }
+    tables.insert(tables.end(), of_cells.begin(), of_cells.end());
+    return tables;
+}
 
-EnvironmentMap read_environment(const Context& context, const Node& node, const std::string& path, double scale) {
+glm::dvec3 mean_radiance(const EnvironmentMap& map, const CellFlux& flux) {
+    glm::dvec3 sum(0.0);
+    for (std::uint32_t row = 0; row + 1 < map.height; ++row)
+        for (std::uint32_t column = 0; column < map.width; ++column) sum += flux(column, row);
+    return sum / (4.0 * pi);
+}
+
+EnvironmentMap read_map(const Node& node, const std::string& path, double scale) {
     const auto unreadable = [&](const std::string& why) {
         fail(node, fmt::format("environment picture '{}' cannot be read: {}", path, why));
     };
@@ -106,13 +140,12 @@ EnvironmentMap read_environment(const Context& context, const Node& node, const 
     if (!why.empty()) unreadable(why);
     const bool encoded = input->values != oiio::Values::floats;  // integer formats carry sRGB-encoded values
     map.texels.resize(std::size_t{map.width} * map.height * 3);
-    std::size_t negative = 0;
     for (std::size_t i = 0; i < map.texels.size(); ++i) {
         const std::size_t pixel = i / 3, channel = channels < 3 ? 0 : i % 3;
         double v = static_cast<double>(data[pixel * channels + channel]);
         if (encoded) v = srgb_to_linear(v);
         if (v < 0.0) {
-            ++negative;
+            ++map.negative;
             v = 0.0;
         }
         map.texels[i] = static_cast<float>(v * scale);
@@ -121,25 +154,29 @@ EnvironmentMap read_environment(const Context& context, const Node& node, const 
                                    "finite number was expected",
                                    path, v, scale, pixel % map.width, pixel / map.width));
     }
-    if (negative > 0)
-        context.warn(node, fmt::format("environment picture '{}': {} negative values are taken as 0", path, negative));
     if (map.height == 1) {  // both poles: the same row
         map.height = 2;
         map.texels.insert(map.texels.end(), map.texels.begin(), map.texels.begin() + 3 * std::ptrdiff_t{map.width});
     }
+    const CellFlux flux(map);
+    map.tables = sampling_tables(map, flux);
+    map.mean = mean_radiance(map, flux);
     return map;
 }
 
-glm::dvec3 mean_radiance(const EnvironmentMap& map) {
-    const CellFlux flux(map);
-    glm::dvec3 sum(0.0);
-    for (std::uint32_t row = 0; row + 1 < map.height; ++row)
-        for (std::uint32_t column = 0; column < map.width; ++column) sum += flux(column, row);
-    return sum / (4.0 * pi);
+}  // namespace
+
+std::shared_ptr<const EnvironmentMap> read_environment(const Context& context, const Node& node,
+                                                       const std::string& path, double scale) {
+    const auto map = from_parts(context.options.parts, &SceneParts::Impl::environments, path,
+                                fmt::format("times {}", scale), [&] { return read_map(node, path, scale); });
+    if (map->negative > 0)
+        context.warn(node,
+                     fmt::format("environment picture '{}': {} negative values are taken as 0", path, map->negative));
+    return map;
 }
 
 void append_environment(const EnvironmentMap& map, Scene& scene, shared::Light& light) {
-    const std::uint32_t rows = map.height - 1;
     std::vector<std::uint32_t>& texels = scene.texels;
     light.texture = static_cast<int>(scene.textures.size());
     shared::Texture picture{};
@@ -151,35 +188,10 @@ void append_environment(const EnvironmentMap& map, Scene& scene, shared::Light& 
     scene.textures.push_back(picture);
     texels.reserve(texels.size() + environment_words(map));
     for (const float t : map.texels) texels.push_back(std::bit_cast<std::uint32_t>(t));
-
     light.table = static_cast<std::uint32_t>(texels.size());
-    const CellFlux flux(map);
-    std::vector<std::uint32_t> of_cells;
-    of_cells.reserve(std::size_t{rows} * map.width);
-    std::vector<double> of_rows(rows), cells(map.width);
-    for (std::uint32_t row = 0; row < rows; ++row) {
-        for (std::uint32_t column = 0; column < map.width; ++column) {
-            cells[column] = luminance(flux(column, row));
-            of_rows[row] += cells[column];
-        }
-        append_sums(of_cells, cells);
-    }
-    const auto append = [&](double x) { texels.push_back(std::bit_cast<std::uint32_t>(static_cast<float>(x))); };
-    append_sums(texels, of_rows);
-    for (std::uint32_t row = 0; row < map.height; ++row) {
-        const double angle = polar_angle(row, map.height), half = std::sin(0.5 * std::min(angle, pi - angle));
-        append(2.0 * half * half);
-    }
-    for (std::uint32_t row = 0; row < rows; ++row) {
-        const auto [upper, lower] = row_weights(polar_angle(row, map.height), polar_angle(row + 1, map.height));
-        append(map.width / (2.0 * pi * (upper + lower)));
-    }
-    texels.insert(texels.end(), of_cells.begin(), of_cells.end());
+    texels.insert(texels.end(), map.tables.begin(), map.tables.end());
 }
 
-std::size_t environment_words(const EnvironmentMap& map) {
-    const std::size_t rows = map.height - 1;
-    return map.texels.size() + 3 * rows + 1 + rows * map.width;
-}
+std::size_t environment_words(const EnvironmentMap& map) { return map.texels.size() + map.tables.size(); }
 
 }  // namespace irradia::loader

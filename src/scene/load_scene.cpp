@@ -10,6 +10,7 @@
 
 #include "scene/build.h"
 #include "scene/in_parallel.h"
+#include "scene/parts.h"
 
 namespace irradia {
 namespace loader {
@@ -111,12 +112,12 @@ public:
             l.e2y = static_cast<float>(light.beam);
         }
         if (light.kind == IR_LIGHT_ENVMAP) {
-            if (scene_.texels.size() + environment_words(light.map) > 0xffffffffu)
+            if (scene_.texels.size() + environment_words(*light.map) > 0xffffffffu)
                 fail(*light.node, "the scene's textures exceed 16 GiB");
-            set3(l.e1x, l.e1y, l.e1z, light.map.axes[0]);
-            set3(l.e2x, l.e2y, l.e2z, light.map.axes[1]);
-            set3(l.nx, l.ny, l.nz, light.map.axes[2]);
-            append_environment(light.map, scene_, l);
+            set3(l.e1x, l.e1y, l.e1z, light.axes[0]);
+            set3(l.e2x, l.e2y, l.e2z, light.axes[1]);
+            set3(l.nx, l.ny, l.nz, light.axes[2]);
+            append_environment(*light.map, scene_, l);
         }
         scene_.lights.push_back(l);
     }
@@ -130,20 +131,7 @@ public:
         set_mean_of_textured_lights(scene_);
     }
 
-    void camera(const CameraFrame& frame) {
-        auto& c = scene_.info.camera;
-        set3(c.ox, c.oy, c.oz, frame.origin - centre_);
-        set3(c.cornerx, c.cornery, c.cornerz, frame.corner);
-        set3(c.dxx, c.dxy, c.dxz, frame.dx);
-        set3(c.dyx, c.dyy, c.dyz, frame.dy);
-        set3(c.forwardx, c.forwardy, c.forwardz, frame.forward);
-        c.near_clip = static_cast<float>(frame.near_clip);
-        c.far_clip = static_cast<float>(frame.far_clip);
-        c.aperture_radius = static_cast<float>(frame.aperture_radius);
-        c.focus_distance = static_cast<float>(frame.focus_distance);
-        c.pixel_size = static_cast<float>(
-            std::sqrt(glm::length(frame.dx) / scene_.info.width * glm::length(frame.dy) / scene_.info.height));
-    }
+    void camera(const CameraFrame& frame) { scene_.info.camera = rounded(frame, centre_, scene_.info); }
 
 private:
     const Context& context_;
@@ -365,6 +353,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     options.warn = [&](const std::string& line) {
         if (given.warn && said.insert(line).second) given.warn(line);
     };
+    PartsInUse in_use(options.parts);
     const Context context{options};
     context.progress("parsing", 0.0);
     Document document;
@@ -373,7 +362,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
 
     Scene scene;
     scene.source = path;
-    const CameraFrame camera = read_sensor(context, document, scene);
+    const Sensor camera = read_sensor(context, document, scene);
     TextureTable textures;
     MaterialTable materials(context, document, textures);
     // Materials nobody uses are read too: a mistake in one is a mistake.
@@ -409,6 +398,7 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     scene.materials = std::move(materials.materials);
     set_selection_probabilities(scene.lights, 0.5 * static_cast<double>(scene.info.diagonal));
     finish_scene(scene);
+    in_use.loaded();
     return scene;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scene/build.h"
+#include "scene/parts.h"
 
 namespace irradia::loader {
 namespace {
@@ -311,7 +312,7 @@ void MaterialTable::set_coat(shared::Material& m) {
         coats_.push_back(wanted);
         const auto eta = static_cast<double>(m.eta);
         if (rough)
-            coats_[i].table = rough_coat(eta, static_cast<double>(m.alpha_u), beckmann);
+            coats_[i].table = coat_from_parts(context_.options.parts, eta, static_cast<double>(m.alpha_u), beckmann);
         else
             coats_[i].table.internal_reflectance = smooth_internal_reflectance(eta);
     }

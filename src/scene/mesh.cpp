@@ -21,6 +21,14 @@ std::string read_file(const std::string& path) {
     return data;
 }
 
+Mesh read_mesh(const MeshFile& file, bool colours) {
+    Mesh mesh = file.type == "ply"   ? read_ply(file.path, colours)
+                : file.type == "obj" ? read_obj(file.path, colours)
+                                     : read_serialized(file.path, file.index, colours);
+    check_mesh(file.path, mesh);
+    return mesh;
+}
+
 glm::dvec3 Shape::face_normal(std::size_t triangle) const {
     const auto& t = mesh.triangles[triangle];
     const glm::dvec3& p = mesh.positions[t[0]];

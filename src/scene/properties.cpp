@@ -7,6 +7,8 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "camera/lens.h"
+
 namespace irradia::loader {
 
 double parse_number(const Node& node, std::string_view text) {
@@ -146,11 +148,9 @@ glm::dmat4 look_at(const Node& node) {
         const double sign = z.z >= 0.0 ? 1.0 : -1.0, a = -1.0 / (sign + z.z), b = z.x * z.y * a;
         up = {1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x};
     }
-    const glm::dvec3 left = glm::cross(up, z);
-    if (glm::length(left) <= 1e-12 * glm::length(up) || glm::length(up) == 0.0)
-        fail(node, "<lookat>: up is zero or parallel to the view direction");
-    const glm::dvec3 x = glm::normalize(left), y = glm::cross(z, x);
-    return {glm::dvec4(x, 0.0), glm::dvec4(y, 0.0), glm::dvec4(z, 0.0), glm::dvec4(origin, 1.0)};
+    const auto to_world = look_along(origin, z, up);
+    if (!to_world) fail(node, "<lookat>: up is zero or parallel to the view direction");
+    return *to_world;
 }
 
 glm::dmat4 operation(const Context& context, const Node& node) {

@@ -10,6 +10,7 @@
 
 #include "scene/build.h"
 #include "scene/in_parallel.h"
+#include "scene/parts.h"
 
 namespace irradia::loader {
 namespace {
@@ -20,10 +21,9 @@ const std::vector<std::string> supported_shapes = {"rectangle", "cube", "sphere"
 /// What the file says about a shape, before any mesh is read.
 struct Request {
     Shape shape;
-    std::string type, path;  // path: of a mesh file
+    MeshFile file;  // path: empty if the shape is none
     glm::dmat4 to_world{1.0};
     bool flip_normals = false, flip_v = false;
-    long long index = 0;      // serialized: of the mesh within the file
     std::size_t dropped = 0;  // degenerate triangles
 };
 
@@ -175,7 +175,6 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     }
     Properties p(context, document, node);
     Request request;
-    request.type = type;
     Shape& shape = request.shape;
     shape.node = &node;
     request.to_world = outer * p.transform("to_world").value_or(glm::dmat4(1.0));
@@ -192,10 +191,11 @@ std::optional<Request> read_shape(const Context& context, const Document& docume
     }
 
     if (file) {
-        request.path = document.resolve(node, p.text("filename"));
+        request.file.type = type;
+        request.file.path = document.resolve(node, p.text("filename"));
         shape.flat = p.boolean("face_normals", false);
         if (type == "serialized")
-            request.index = p.integer("shape_index", 0);
+            request.file.index = p.integer("shape_index", 0);
         else
             request.flip_v = p.boolean("flip_tex_coords", type == "obj");
     } else if (type == "rectangle") {
@@ -247,13 +247,11 @@ void read_instance(const Context& context, const Document& document, MaterialTab
     group.finish();
 }
 
-void load_mesh(Request& request, bool colours) {
-    if (!request.path.empty()) {
-        request.shape.mesh = request.type == "ply"   ? read_ply(request.path, colours)
-                             : request.type == "obj" ? read_obj(request.path, colours)
-                                                     : read_serialized(request.path, request.index, colours);
-        check_mesh(request.path, request.shape.mesh);
-        if (request.shape.flat) request.shape.mesh.normals.clear();
+void load_mesh(Request& request, bool colours, MeshFiles& files) {
+    Mesh& mesh = request.shape.mesh;
+    if (!request.file.path.empty()) {
+        mesh = files.mesh(request.file, colours);
+        if (request.shape.flat) mesh.normals.clear();
     }
     place_mesh(request);
 }
@@ -292,10 +290,14 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
     std::atomic<std::size_t> done = 0;
     context.progress("meshes", 0.0);
     context.need(least_memory(requests), "the scene's meshes");
+    MeshFiles files(context.options.parts);
+    for (const Request& request : requests)
+        if (!request.file.path.empty()) files.add(request.file, colours);
+    files.read();
     tbb::parallel_for(std::size_t{0}, requests.size(), [&](std::size_t i) {
         if (is_analytic(requests[i].shape.kind)) return;
         try {
-            load_mesh(requests[i], colours);
+            load_mesh(requests[i], colours, files);
         } catch (...) {
             errors[i] = std::current_exception();
         }
@@ -315,11 +317,11 @@ std::vector<Shape> read_shapes(const Context& context, const Document& document,
             context.warn(node,
                          fmt::format("mesh '{}': all of its {} triangles are degenerate (zero area), the shape is "
                                      "left out",
-                                     requests[i].path, requests[i].dropped));
+                                     requests[i].file.path, requests[i].dropped));
             continue;
         }
         if (requests[i].dropped)
-            context.warn(node, fmt::format("mesh '{}': {} degenerate triangle{} dropped", requests[i].path,
+            context.warn(node, fmt::format("mesh '{}': {} degenerate triangle{} dropped", requests[i].file.path,
                                            requests[i].dropped, requests[i].dropped == 1 ? "" : "s"));
         shapes.push_back(std::move(requests[i].shape));
     }

@@ -9,17 +9,11 @@
 
 #include "pictures/oiio.h"
 #include "scene/build.h"
+#include "scene/parts.h"
 #include "scene/picture_check.h"
 
 namespace irradia::loader {
 namespace {
-
-/// A picture file as three channels a texel, rows from the top; either 8 bit or float.
-struct Picture {
-    std::uint32_t width = 0, height = 0;
-    std::vector<std::uint8_t> bytes;
-    std::vector<float> floats;
-};
 
 template <class T>
 std::vector<T> three_channels(const std::vector<T>& data, int channels) {
@@ -72,6 +66,11 @@ bool same(const TextureSpec& a, const TextureSpec& b) {
 
 }  // namespace
 
+std::shared_ptr<const Picture> picture_of(const Context& context, const std::string& path, bool raw) {
+    return from_parts(context.options.parts, &SceneParts::Impl::pictures, path, raw ? "raw" : "",
+                      [&] { return read_picture(path, raw); });
+}
+
 int TextureTable::add(const TextureSpec& spec) {
     for (std::size_t i = 0; i < specs_.size(); ++i)
         if (same(specs_[i], spec)) return static_cast<int>(i);
@@ -91,18 +90,25 @@ void TextureTable::load(const Context& context, Scene& scene) const {
                 break;
             }
     }
-    std::vector<Picture> pictures(specs_.size());
+    std::vector<std::shared_ptr<const Picture>> pictures(specs_.size());
     std::vector<std::exception_ptr> errors(specs_.size());
     std::atomic<std::size_t> done = 0;
     tbb::parallel_for(std::size_t{0}, specs_.size(), [&](std::size_t i) {
         if (first[i] != i || !is_bitmap(specs_[i])) return;
         try {
-            pictures[i] = read_picture(specs_[i].path, specs_[i].raw);
+            pictures[i] = picture_of(context, specs_[i].path, specs_[i].raw);
         } catch (...) {
             errors[i] = std::current_exception();
         }
         context.progress("textures", static_cast<double>(++done) / static_cast<double>(specs_.size()));
     });
+    const auto words_of = [](const Picture& picture) {
+        return std::size_t{picture.width} * picture.height * (picture.bytes.empty() ? 3 : 1);
+    };
+    std::size_t all_words = scene.texels.size();  // at once: a step each texture would copy those before it every time
+    for (const auto& picture : pictures)
+        if (picture) all_words += words_of(*picture);
+    scene.texels.reserve(std::min<std::size_t>(all_words, 0xffffffffu));
     for (std::size_t i = 0; i < specs_.size(); ++i) {
         const auto& spec = specs_[i];
         if (errors[i]) {
@@ -141,14 +147,12 @@ void TextureTable::load(const Context& context, Scene& scene) const {
             scene.textures.push_back(texture);
             continue;
         }
-        Picture& picture = pictures[i];
+        const Picture& picture = *pictures[i];
         texture.width = picture.width;
         texture.height = picture.height;
-        const std::size_t words =
-            static_cast<std::size_t>(picture.width) * picture.height * (picture.bytes.empty() ? 3 : 1);
-        if (scene.texels.size() + words > 0xffffffffu) fail(*spec.node, "the scene's textures exceed 16 GiB");
+        if (scene.texels.size() + words_of(picture) > 0xffffffffu)
+            fail(*spec.node, "the scene's textures exceed 16 GiB");
         texture.offset = static_cast<std::uint32_t>(scene.texels.size());
-        scene.texels.reserve(scene.texels.size() + words);
         if (!picture.bytes.empty()) {
             texture.format = spec.raw ? IR_TEXTURE_RGBA8_LINEAR : IR_TEXTURE_RGBA8_SRGB;
             for (std::size_t t = 0; t < picture.bytes.size(); t += 3)
@@ -175,17 +179,19 @@ void TextureTable::load(const Context& context, Scene& scene) const {
                                 spec.path, clamped));
         }
         scene.textures.push_back(texture);
-        picture = Picture{};
+        pictures[i].reset();
     }
 }
 
-glm::dvec3 mean_colour(const Node& node, const std::string& path, bool raw, double (*row_weight)(double)) {
-    Picture picture;
+glm::dvec3 mean_colour(const Context& context, const Node& node, const std::string& path, bool raw,
+                       double (*row_weight)(double)) {
+    std::shared_ptr<const Picture> read;
     try {
-        picture = read_picture(path, raw);
+        read = picture_of(context, path, raw);
     } catch (const Error& error) {
         fail(node, error.what());
     }
+    const Picture& picture = *read;
     double table[256];
     for (int i = 0; i < 256; ++i) table[i] = raw ? i / 255.0 : srgb_to_linear(i / 255.0);
     glm::dvec3 sum(0.0);

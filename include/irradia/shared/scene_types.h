@@ -165,6 +165,12 @@ typedef struct Camera {
 #define IR_RFILTER_BOX 0u
 #define IR_RFILTER_TENT 1u
 #define IR_RFILTER_GAUSSIAN 2u
+#define IR_FOV_AXIS_UNKNOWN 0u  // packed before it was kept
+#define IR_FOV_AXIS_X 1u
+#define IR_FOV_AXIS_Y 2u
+#define IR_FOV_AXIS_DIAGONAL 3u
+#define IR_FOV_AXIS_SMALLER 4u
+#define IR_FOV_AXIS_LARGER 5u
 typedef struct SceneInfo {
     Camera camera;
     uint width, height;    // pixels
@@ -174,7 +180,8 @@ typedef struct SceneInfo {
     uint triangle_count, analytic_count, light_count;
     int environment_light;  // index of the constant or envmap light, or IR_NO_LIGHT
     float diagonal;         // of the bounding box of all surfaces, world units
-    float pad0, pad1;
+    uint fov_axis;          // IR_FOV_AXIS_*: along which the scene file gives fields of view; kernels don't read it
+    float pad1;
     float min_x, min_y, min_z, pad2;  // bounds after centring
     float max_x, max_y, max_z, pad3;
 } SceneInfo;  // 160 bytes
