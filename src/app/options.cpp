@@ -11,6 +11,9 @@
 #include "app/help.h"
 #include "app/output.h"
 #include "app/record_options.h"
+#ifndef IRRADIA_MINIMAL
+#include "app/report_options.h"
+#endif
 
 namespace irradia::app {
 
@@ -175,7 +178,7 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                "Picture to write; may be repeated. Kind by extension: " + output_kinds() +
                    ". An older file is replaced "
                    "only once the new one is complete");
-    files.value("--exposure", o.exposure, "STOPS", "PNG only: brightness, times 2^STOPS")
+    files.value("--exposure", o.exposure, "STOPS", "PNG and --report: brightness, times 2^STOPS")
         ->check(number("from -60 to 60", [](double x) { return x >= -60 && x <= 60; }))
         ->capture_default_str();
     files
@@ -195,6 +198,9 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                 "Write the loaded scene, ready to render, into one file; renders only if -o is given too");
 
     declare_records(app, o);
+#ifndef IRRADIA_MINIMAL
+    declare_report(app, o);
+#endif
 
     Group scene(app, "Scene");
     scene
@@ -416,6 +422,7 @@ const char* const kFooter =
     "  render scene.xml --pack scene.irradia && render scene.irradia -o a.pfm --device nvidia\n"
     "  render scene.xml -o small.png --width 320 -D spp=16 --stats stats.json\n"
     "  render scene.xml -o a.exr --save-records r && render scene.xml -D x=2 -o b.exr --load-records r\n"
+    "  render scene.xml -o a.exr --report a.html --reference reference.exr\n"
     "  render scene.xml --points sensors.csv -o irradiance.csv --load-records r\n\n"
     "Exit status: 0 done, 1 bad input (scene, file, device), 2 wrong command line.";
 
@@ -442,6 +449,9 @@ int parse_options(int argc, const char* const* argv, Options& o) {
     if (o.scene.empty()) return complain("no SCENE given");
     if (o.outputs.empty() && o.pack.empty()) return complain("nothing to write: give -o OUT.exr");
     if (const std::string what = wrong_record_options(o); !what.empty()) return complain(what);
+#ifndef IRRADIA_MINIMAL
+    if (const std::string what = wrong_report_options(o); !what.empty()) return complain(what);
+#endif
     for (const std::string& define : defines) {
         const std::size_t equals = define.find('=');
         if (equals == 0 || equals == std::string::npos)

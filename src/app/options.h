@@ -15,6 +15,7 @@ struct Options {
     std::vector<std::string> outputs;                ///< kind by extension
     std::string pack, stats;                         ///< files to write besides; "" = none
     std::string load_records, save_records, points;  ///< files; "" = none
+    std::string report, reference;                   ///< files; "" = none
     bool force_records = false;                      ///< use records of another scene or other settings
     RenderSettings settings;
     DeviceOptions device;

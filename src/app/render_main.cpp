@@ -19,6 +19,7 @@
 #include "irradia/Error.h"
 #include "irradia/PackedScene.h"
 #ifndef IRRADIA_MINIMAL
+#include "app/report.h"
 #include "irradia/Accel.h"
 #include "irradia/SceneLoader.h"
 #endif
@@ -129,13 +130,16 @@ void answer_points(const Options& o, const Messages& messages, const Scene& scen
 }
 
 void render_and_write(const Options& o, const Messages& messages, const Scene& scene, Device& device, double began,
-                      const Phases& load_phases, std::uint64_t load_peak_bytes, CarriedRecords& records) {
+                      const Phases& load_phases, std::uint64_t load_peak_bytes, CarriedRecords& records,
+                      const Image* reference) {
+    RenderSettings settings = o.settings;
+    if (!o.report.empty()) settings.aovs = aov_names();
     ProgressPrinter printer(std::cerr, terminal_columns());
     ProgressCallback callback;
     if (!o.quiet) callback = [&](const Progress& p) { printer(p); };
     RenderResult result = [&] {
         try {
-            return render(scene, device, o.settings, callback, records.set());
+            return render(scene, device, settings, callback, records.set());
         } catch (const std::bad_alloc&) {
             printer.clear();
             throw Error("out of memory for a picture of " + std::to_string(scene.info.width) + " x " +
@@ -159,9 +163,21 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
     if (result.error) run.error = &*result.error;
     for (auto& [key, value] : picture_metadata(run)) result.image.metadata[key] = value;
     const double write_began = now();
+#ifdef IRRADIA_MINIMAL
+    (void)reference;
     for (const std::string& path : o.outputs) save_picture(path, result.image, o.exposure);
+#else
+    {
+        const Image asked = o.report.empty() ? Image{} : with_layers(result.image, o.settings.aovs);
+        for (const std::string& path : o.outputs)
+            save_picture(path, o.report.empty() ? result.image : asked, o.exposure);
+    }
+#endif
     run.write_seconds = now() - write_began;
     run.total_seconds = now() - began;
+#ifndef IRRADIA_MINIMAL
+    if (!o.report.empty()) write_report(o.report, {run, result.image, records.set(), reference});
+#endif
     if (!o.stats.empty()) save_text(o.stats, stats_json(run));
     messages.say(done_text(o, result));
     if (result.error) messages.say(error_text(*result.error));
@@ -186,6 +202,11 @@ void run(const Options& o) {
     }
     if (!o.stats.empty()) check_writable(o.stats);
     if (!o.pack.empty()) check_writable(o.pack);
+    std::optional<Image> reference;
+#ifndef IRRADIA_MINIMAL
+    if (!o.report.empty()) check_report(o.report);
+    if (!o.reference.empty()) reference = read_image(o.reference);
+#endif
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) messages.warn("--aov: only .exr files hold layers");
 
     CarriedRecords records(o, [&](const std::string& text) { messages.warn(text); });
@@ -217,8 +238,14 @@ void run(const Options& o) {
     messages.detail("device " + std::to_string(device->description().index) + ": " + device->description().name + " (" +
                     device->description().platform + "), " + (device->cpu_traversal() ? "cpu" : "gpu") + " traversal");
     records.check(scene);
+#ifndef IRRADIA_MINIMAL
+    if (reference)
+        check_reference(o.reference, *reference, static_cast<int>(scene.info.width),
+                        static_cast<int>(scene.info.height));
+#endif
     if (!o.points.empty()) return answer_points(o, messages, scene, *device, points, records);
-    render_and_write(o, messages, scene, *device, began, monitor.phases(), load_peak_bytes, records);
+    render_and_write(o, messages, scene, *device, began, monitor.phases(), load_peak_bytes, records,
+                     reference ? &*reference : nullptr);
 }
 
 }  // namespace

@@ -164,7 +164,8 @@ std::string stats_json(const Run& r) {
                 {"scene_bytes", scene_bytes(r.scene)},
                 {"device_peak_bytes", r.device_peak_bytes}}}};
     if (r.error != nullptr) j["error"] = error_json(*r.error);
-    return j.dump(2) + "\n";
+    // Names of files need not be UTF-8.
+    return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::map<std::string, std::string> picture_metadata(const Run& r) {
