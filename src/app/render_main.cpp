@@ -175,13 +175,16 @@ void render_and_write(const Options& o, const Messages& messages, const Scene& s
 #endif
     run.write_seconds = now() - write_began;
     run.total_seconds = now() - began;
-#ifndef IRRADIA_MINIMAL
-    if (!o.report.empty()) write_report(o.report, {run, result.image, records.set(), reference});
-#endif
     if (!o.stats.empty()) save_text(o.stats, stats_json(run));
     messages.say(done_text(o, result));
     if (result.error) messages.say(error_text(*result.error));
     if (const std::string what = records.save(); !what.empty()) messages.say(what);
+#ifndef IRRADIA_MINIMAL
+    if (!o.report.empty()) {
+        write_report(o.report, {run, result.image, records.set(), reference});
+        messages.say("wrote " + o.report + ": report");
+    }
+#endif
     if (o.verbose) std::cerr << stats_table(run);
 }
 

@@ -47,9 +47,8 @@ std::string picture_section(const ReportInput& in, const std::string& name) {
         "<img id=\"viewed\" class=\"{2}\" width=\"{0}\" height=\"{1}\" alt=\"{3}\" src=\"{4}\" /></div>\n",
         image.width, image.height, image.width < 500 ? "small" : "plain", escape("The rendered picture of " + name),
         png_address(picture));
-    out +=
-        fmt::format("<p class=\"note\">{} x {} pixels, sRGB{}. Every picture of this page can be looked at here.</p>\n",
-                    image.width, image.height, exposure == 0 ? "" : ", times 2^" + html::number(exposure));
+    out += fmt::format("<p class=\"note\">{} x {} pixels, sRGB{}.</p>\n", image.width, image.height,
+                       exposure == 0 ? "" : ", times 2^" + html::number(exposure));
     return out + "</section>\n";
 }
 
@@ -108,7 +107,8 @@ Comparison compared(const ReportInput& in) {
     if (counted == nullptr) return c;
     const auto lamps = std::count_if(counted->data.begin(), counted->data.end(), [](float x) { return !(x > 0.5f); });
     if (lamps == 0 || lamps == static_cast<std::ptrdiff_t>(counted->data.size())) return c;
-    const Image mask{in.image.width, in.image.height, {*counted}, {}};
+    Image mask{in.image.width, in.image.height, {{"", 3, {}}}, {}};
+    for (const float x : counted->data) mask.layers.front().data.insert(mask.layers.front().data.end(), 3, x);
     MetricsOptions options;
     options.mask = &mask;
     c.without_lamps = compare_images(in.image, *in.reference, options);
@@ -172,12 +172,13 @@ std::string data_script(const ReportInput& in, const std::optional<Comparison>& 
 void write_report(const std::string& path, const ReportInput& in) {
     check_image(path, in.image);
     const Run& run = in.run;
-    const std::string name = std::filesystem::path(run.scene.source).filename().string();
+    const std::filesystem::path source(run.scene.source);  // files are often all called scene.xml
+    const std::string name = (source.parent_path().filename() / source.filename()).string();
     const std::string method = name_of(method_names(), run.options.settings.method);
     const std::optional<Comparison> comparison = in.reference != nullptr ? std::optional(compared(in)) : std::nullopt;
     std::string page = page_begin("Render of " + name);
     page += "<header><h1>" + escape(name) + "</h1>\n<p>" +
-            fmt::format("{} x {} pixels by --method {} on {}", in.image.width, in.image.height, method,
+            fmt::format("{} x {} pixels, method {}, on {}", in.image.width, in.image.height, method,
                         escape(run.device.name)) +
             "</p>\n" + key_figures(in);
     page += "</header>\n<main>\n" + picture_section(in, name);

@@ -74,16 +74,16 @@ std::string interval_chart(const std::string& title, const std::vector<IntervalR
     constexpr int row = 44;
     const int bottom = row * static_cast<int>(rows.size());
     std::string out = open_svg("intervals", spoken, bottom + 22) + "\n";
-    out += fmt::format("<line class=\"zero\" x1=\"{0:.3f}%\" x2=\"{0:.3f}%\" y1=\"0\" y2=\"{1}\" />\n", at(0), bottom);
     int y = 0;
     for (const IntervalRow& r : rows) {
         out += fmt::format(
             "<text x=\"0\" y=\"{0}\">{1}</text><text x=\"100%\" y=\"{0}\" class=\"value\">{2}</text>"
+            "<line class=\"zero\" x1=\"{7:.3f}%\" x2=\"{7:.3f}%\" y1=\"{8}\" y2=\"{9}\" />"
             "<line class=\"whisker\" x1=\"{3:.3f}%\" x2=\"{4:.3f}%\" y1=\"{5}\" y2=\"{5}\" />"
             "<circle class=\"dot\" cx=\"{6:.3f}%\" cy=\"{5}\" r=\"5\" />\n",
             y + 14, escape(r.name),
             escape(html::percent(r.value) + " (" + html::percent(r.low) + " to " + html::percent(r.high) + ")"),
-            at(r.low), at(r.high), y + 28, at(r.value));
+            at(r.low), at(r.high), y + 28, at(r.value), at(0), y + 20, y + 36);
         y += row;
     }
     out += fmt::format("<text x=\"{:.3f}%\" y=\"{}\" class=\"{}\">0</text>", at(0), bottom + 16,

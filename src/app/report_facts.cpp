@@ -87,11 +87,17 @@ std::string times_section(const Run& run) {
     add("write pictures", run.write_seconds);
     if (small > 0) wall.push_back(bar("all others", small));
 
+    double busy = 0, short_ones = 0;
+    for (const auto& [name, time] : s.stages) busy += time.seconds;
     for (const auto& [name, time] : s.stages)
-        device.push_back({name, time.seconds,
-                          seconds_text(time.seconds) + " in " + count(time.launches) +
-                              (time.launches == 1 ? " launch" : " launches")});
+        if (time.seconds >= 0.002 * busy)
+            device.push_back({name, time.seconds,
+                              seconds_text(time.seconds) + " in " + count(time.launches) +
+                                  (time.launches == 1 ? " launch" : " launches")});
+        else
+            short_ones += time.seconds;
     std::stable_sort(device.begin(), device.end(), [](const Bar& a, const Bar& b) { return a.value > b.value; });
+    if (short_ones > 0) device.push_back(bar("all others", short_ones));
     return "<section id=\"times\" aria-labelledby=\"times-title\"><h2 id=\"times-title\">Time</h2>\n<div "
            "class=\"columns\"><div>\n" +
            bar_chart("By stage, on the clock", wall) + "</div><div>\n" + bar_chart("On the device, by kernel", device) +

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdint>
 
 namespace irradia::app::html {
@@ -57,7 +58,10 @@ std::string escape(const std::string& text) {
     return out;
 }
 
-std::string number(double value, int digits) { return fmt::format("{:.{}g}", value, digits); }
+std::string number(double value, int digits) {
+    const double size = std::abs(value);
+    return size >= 1000 && size < 1e6 ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
+}
 
 std::string percent(double share, int digits) { return number(100 * share, digits) + " %"; }
 

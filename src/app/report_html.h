@@ -10,7 +10,7 @@ namespace irradia::app::html {
 /// character of XML as U+FFFD.
 std::string escape(const std::string& text);
 
-/// A number with `digits` significant ones: "0.0123", "12.3", "1.23e+07".
+/// A number with `digits` significant ones, or all before the point: "0.0123", "12.3", "4567", "1.23e+07".
 std::string number(double value, int digits = 3);
 /// "1.23 %"
 std::string percent(double share, int digits = 3);

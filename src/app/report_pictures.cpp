@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/progress.h"
 #include "app/report_html.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
@@ -61,7 +62,8 @@ LayerView records_view(const Layer& layer, int width, int height) {
         pixels += none[i] ? 1 : 0;
     }
     const std::string text =
-        pixels > 0 ? fmt::format("Pixels whose lack of records made new ones: {} of {}.", pixels, none.size())
+        pixels > 0 ? fmt::format("Pixels whose lack of records made new ones: {} of {}.",
+                                 count_text(static_cast<double>(pixels)), count_text(static_cast<double>(none.size())))
                    : "Pixels whose lack of records made new ones: none.";
     LayerView view{layer.name, "Records made", text, {}};
     // One record is to be seen against none.

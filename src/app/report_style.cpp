@@ -32,17 +32,17 @@ section { background: var(--card); border: 1px solid var(--line); border-radius:
 .viewer.zoomed { cursor: grab; touch-action: none; }
 img.small, .near img { image-rendering: pixelated; }
 .tools { display: flex; flex-wrap: wrap; gap: .35rem; align-items: center; margin: 0 0 .6rem; }
-.tools .gap { flex: 1 1 1rem; }
+.tools span { display: flex; gap: .35rem; align-items: center; margin-left: auto; }
 .tools output { font-size: .85rem; color: var(--soft); font-variant-numeric: tabular-nums; min-width: 8.5rem;
   text-align: right; }
 button { font: inherit; font-size: .85rem; color: var(--ink); background: var(--card); border: 1px solid var(--line);
   border-radius: 6px; padding: .25rem .6rem; cursor: pointer; min-height: 2rem; min-width: 2rem; }
 button:hover { border-color: var(--bar); }
 button[aria-pressed="true"] { background: var(--bar); border-color: var(--bar); color: var(--card); }
-.grid { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 17rem), 1fr)); gap: 1rem; }
+.grid { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 15rem), 1fr)); gap: 1rem; }
 .grid.wide { grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); }
 figure { margin: 0; min-width: 0; }
-figure img { display: block; width: 100%; height: auto; border-radius: 6px; background: #000; }
+figure img { display: block; width: 100%; height: auto; border-radius: 6px; border: 1px solid var(--line); }
 figure.linked img { cursor: zoom-in; }
 figcaption { font-size: .85rem; padding: .4rem 0 0; }
 figcaption strong, .scale-name { color: var(--ink); }
@@ -83,7 +83,7 @@ const char* const kScript = R"js(
   tools.setAttribute('role', 'toolbar');
   tools.setAttribute('aria-label', 'What the viewer shows');
   viewer.before(tools);
-  var place = document.createElement('output');
+  var place = document.createElement('output'), zooming = document.createElement('span');
   function clamp(x, low, high) { return Math.min(Math.max(x, low), high); }
   function fit() { return viewer.clientWidth / native.w; }
   function show() {
@@ -106,13 +106,13 @@ const char* const kScript = R"js(
     var box = viewer.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   }
-  function button(text, label, act) {
+  function button(parent, text, label, act) {
     var b = document.createElement('button');
     b.type = 'button';
     b.textContent = text;
     if (label) b.setAttribute('aria-label', label);
     b.addEventListener('click', function () { act(b); });
-    tools.append(b);
+    parent.append(b);
     return b;
   }
   var choices = [];
@@ -122,10 +122,10 @@ const char* const kScript = R"js(
     image.alt = from.alt;
   }
   var own = { src: image.src, alt: image.alt };
-  choices.push(button('Picture', '', function (b) { choose(b, own); }));
+  choices.push(button(tools, 'Picture', '', function (b) { choose(b, own); }));
   choices[0].setAttribute('aria-pressed', 'true');
   document.querySelectorAll('img.shown').forEach(function (shown) {
-    var b = button(shown.dataset.title, '', function (self) { choose(self, shown); });
+    var b = button(tools, shown.dataset.title, '', function (self) { choose(self, shown); });
     b.setAttribute('aria-pressed', 'false');
     choices.push(b);
     shown.parentNode.classList.add('linked');
@@ -134,15 +134,14 @@ const char* const kScript = R"js(
       document.getElementById('picture').scrollIntoView();
     });
   });
-  var gap = document.createElement('span');
-  gap.className = 'gap';
-  tools.append(gap, place);
-  button('\u2212', 'Zoom out', function () { zoomBy(1 / 1.5); });
-  button('+', 'Zoom in', function () { zoomBy(1.5); });
-  button('1:1', 'One pixel of the picture on one of the page', function () {
+  zooming.append(place);
+  tools.append(zooming);
+  button(zooming, '\u2212', 'Zoom out', function () { zoomBy(1 / 1.5); });
+  button(zooming, '+', 'Zoom in', function () { zoomBy(1.5); });
+  button(zooming, '1:1', 'One pixel of the picture on one of the page', function () {
     zoomTo(1 / fit(), viewer.clientWidth / 2, viewer.clientHeight / 2);
   });
-  button('Whole', 'The whole picture', function () { zoom = 1; show(); });
+  button(zooming, 'Whole', 'The whole picture', function () { zoom = 1; show(); });
   viewer.tabIndex = 0;
   viewer.setAttribute('role', 'group');
   viewer.setAttribute('aria-label', 'Picture; plus and minus zoom, arrows move, 0 shows the whole');
@@ -188,6 +187,7 @@ const char* const kScript = R"js(
   ['pointerup', 'pointercancel'].forEach(function (name) {
     viewer.addEventListener(name, function (event) { pointers.delete(event.pointerId); last = null; });
   });
+  document.querySelector('#picture .note').append(' Wheel, pinch and drag zoom and move it; the other pictures are shown here too.');
   window.addEventListener('resize', show);
   show();
 })();
