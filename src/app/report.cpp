@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
 
-#include "app/error_text.h"
 #include "app/output.h"
 #include "app/report_chart.h"
 #include "app/report_facts.h"
@@ -16,6 +17,7 @@
 #include "app/report_style.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
+#include "irradia/Metrics.h"
 #include "pictures/oiio.h"
 
 namespace irradia::app {

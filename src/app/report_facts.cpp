@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
 #include "app/progress.h"
 #include "app/report_chart.h"
 #include "app/report_html.h"
@@ -124,7 +127,8 @@ std::string settings_section(const Run& run) {
     const Json defaults = Json::parse(stats_json(usual))["settings"];
     std::vector<Row> settings, scene, device;
     for (const auto& [key, value] : stats["settings"].items())
-        settings.push_back({words(key), text_of(value), value != defaults[key]});
+        settings.push_back(
+            {words(key), text_of(value), key == "spp" ? run.options.settings.spp > 0 : value != defaults[key]});
     settings.push_back({"exposure", html::number(run.options.exposure) + " stops", run.options.exposure != 0});
     const auto number_or_text = [](const Json& value) {
         return value.is_number_integer() ? count_text(value.get<double>()) : text_of(value);

@@ -1,10 +1,8 @@
 // The page's words and numbers: what was rendered, how, where, how long it took.
 #pragma once
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "app/report.h"
-#include "irradia/Metrics.h"
 
 namespace irradia::app {
 

@@ -34,7 +34,8 @@ Picture mapped(const char* map, int width, int height, const std::vector<float>&
 // The thousandth part of the values beyond which do not decide about the colours of all others.
 double high_end(std::vector<float> values) {
     if (values.empty()) return 0;
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
+    const auto at =
+        values.begin() + static_cast<std::ptrdiff_t>(std::ceil(0.999 * static_cast<double>(values.size() - 1)));
     std::nth_element(values.begin(), at, values.end());
     return static_cast<double>(*at);
 }

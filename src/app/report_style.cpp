@@ -39,7 +39,7 @@ button { font: inherit; font-size: .85rem; color: var(--ink); background: var(--
   border-radius: 6px; padding: .25rem .6rem; cursor: pointer; min-height: 2rem; min-width: 2rem; }
 button:hover { border-color: var(--bar); }
 button[aria-pressed="true"] { background: var(--bar); border-color: var(--bar); color: var(--card); }
-.grid { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 15rem), 1fr)); gap: 1rem; }
+.grid { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 13.5rem), 1fr)); gap: 1rem; }
 .grid.wide { grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); }
 figure { margin: 0; min-width: 0; }
 figure img { display: block; width: 100%; height: auto; border-radius: 6px; border: 1px solid var(--line); }
@@ -50,6 +50,7 @@ figcaption strong, .scale-name { color: var(--ink); }
 #records figure + figure { margin-top: 1.2rem; }
 .columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 22rem), 1fr)); gap: 1rem 2rem;
   align-items: start; }
+.grid + .columns { margin-top: 1rem; }
 .columns > div { min-width: 0; }
 svg { display: block; overflow: visible; }
 svg text { font-size: 13px; fill: var(--ink); }
