@@ -19,8 +19,8 @@ using Json = nlohmann::ordered_json;
 constexpr std::uint64_t most_bytes = 64u << 20;
 
 // What a whole run is given, not a job of it.
-constexpr std::array run_options = {"batch", "help",    "version",  "list-devices",
-                                    "quiet", "verbose", "log-json", "progress"};
+constexpr std::array run_options = {
+    "batch", "help", "version", "list-devices", "quiet", "verbose", "log-json", "progress", "h", "q", "v"};
 
 struct Reader {
     const std::string& path;

@@ -9,7 +9,9 @@
 namespace irradia::app {
 
 CarriedRecords::CarriedRecords(const Options& o, std::function<void(const std::string&)> warn)
-    : options_(o), warn_(std::move(warn)), wanted_(!o.load_records.empty() || !o.save_records.empty()) {
+    : options_(o),
+      warn_(std::move(warn)),
+      wanted_(!o.load_records.empty() || !o.save_records.empty() || !o.report.empty()) {
     if (!o.save_records.empty()) check_writable(o.save_records);
     if (o.load_records.empty()) return;
     std::string warning;

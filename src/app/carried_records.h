@@ -16,7 +16,7 @@ public:
     CarriedRecords(const Options& options, std::function<void(const std::string&)> warn);
     /// Throws Error, which names what differs, unless the records are of this scene and these settings, or forced.
     void check(const Scene& scene);
-    /// For render(); null if records are neither loaded nor saved.
+    /// For render(); null if records are neither loaded nor saved nor shown.
     [[nodiscard]] RecordSet* set() { return wanted_ ? &set_ : nullptr; }
     /// Writes what --save-records names. Returns what was done: "" or "wrote F: 1066 records, ...".
     std::string save();

@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
     CLI::App app("How far a picture is from its reference.", "compare");
     Options options;
     declare(app, options);
-    if (const int status = irradia::app::parse(app, argc, argv); status >= 0) return status;
+    if (const int status = irradia::app::parse(app, argc, argv, std::cerr); status >= 0) return status;
     try {
         return run(options);
     } catch (const irradia::Error& error) {

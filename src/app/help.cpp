@@ -69,16 +69,16 @@ void set_up(CLI::App& app, const std::string& usage) {
     app.set_version_flag("--version", std::string(IRRADIA_VERSION), "The version")->group("Other");
 }
 
-int parse(CLI::App& app, int argc, const char* const* argv) {
+int parse(CLI::App& app, int argc, const char* const* argv, std::ostream& err) {
     try {
         app.parse(argc, argv);
         return -1;
     } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);  // --help, --version
+        if (error.get_exit_code() == 0) return app.exit(error, std::cout, err);  // --help, --version
         std::string what = error.what();
         for (char& c : what)
             if (c == '\n') c = ' ';
-        std::cerr << app.get_name() << ": " << what << " (" << app.get_name() << " --help lists the options)\n";
+        err << app.get_name() << ": " << what << " (" << app.get_name() << " --help lists the options)\n";
         return kBadCommandLine;
     }
 }

@@ -7,6 +7,7 @@ namespace irradia::app {
 
 inline constexpr int kBadInput = 1;        ///< exit status: the scene, a picture, a device, a folder
 inline constexpr int kBadCommandLine = 2;  ///< exit status: an unknown option, a value out of range
+inline constexpr int kSomeFailed = 3;      ///< exit status: of many frames or jobs; the others are done
 
 /// Options in two columns, descriptions wrapped, the default at the end of each: "[0.1]".
 class HelpFormatter : public CLI::Formatter {
@@ -22,7 +23,7 @@ public:
 void set_up(CLI::App& app, const std::string& usage);
 
 /// Parses; returns -1 to go on, else the status to exit with: --help and --version print to stdout (0), a wrong
-/// command line prints one line to stderr (kBadCommandLine).
-int parse(CLI::App& app, int argc, const char* const* argv);
+/// command line prints one line to `err` (kBadCommandLine).
+int parse(CLI::App& app, int argc, const char* const* argv, std::ostream& err);
 
 }  // namespace irradia::app

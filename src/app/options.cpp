@@ -8,11 +8,15 @@
 #include <iostream>
 #include <sstream>
 
+#include "app/batch_options.h"
 #include "app/help.h"
 #include "app/log_options.h"
 #include "app/memory_option.h"
 #include "app/output.h"
 #include "app/record_options.h"
+#ifndef IRRADIA_MINIMAL
+#include "app/report_options.h"
+#endif
 
 namespace irradia::app {
 
@@ -177,7 +181,7 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                "Picture to write; may be repeated. Kind by extension: " + output_kinds() +
                    ". An older file is replaced "
                    "only once the new one is complete");
-    files.value("--exposure", o.exposure, "STOPS", "PNG only: brightness, times 2^STOPS")
+    files.value("--exposure", o.exposure, "STOPS", "PNG and --report: brightness, times 2^STOPS")
         ->check(number("from -60 to 60", [](double x) { return x >= -60 && x <= 60; }))
         ->capture_default_str();
     files
@@ -197,6 +201,9 @@ void declare_files(CLI::App& app, Options& o, std::vector<std::string>& defines)
                 "Write the loaded scene, ready to render, into one file; renders only if -o is given too");
 
     declare_records(app, o);
+#ifndef IRRADIA_MINIMAL
+    declare_report(app, o);
+#endif
 
     Group scene(app, "Scene");
     scene
@@ -413,34 +420,55 @@ const char* const kFooter =
     "  render scene.xml --pack scene.irradia && render scene.irradia -o a.pfm --device nvidia\n"
     "  render scene.xml -o small.png --width 320 -D spp=16 --stats stats.json\n"
     "  render scene.xml -o a.exr --save-records r && render scene.xml -D x=2 -o b.exr --load-records r\n"
-    "  render scene.xml --points sensors.csv -o irradiance.csv --load-records r\n\n"
-    "Exit status: 0 done, 1 bad input (scene, file, device), 2 wrong command line.";
+    "  render scene.xml -o a.exr --report a.html --reference reference.exr\n"
+    "  render scene.xml --points sensors.csv -o irradiance.csv --load-records r\n"
+    "  render scene.xml -o a.####.exr --frames 1-240 --camera-path path.json --checkpoint state\n"
+    "  render scene.####.xml -o a.####.exr --frames 1-240 --shard $SLURM_ARRAY_TASK_ID/8\n"
+    "  render --batch jobs.json --threads 2 --log-json 2>> log.json\n\n"
+    "Exit status: 0 done, 1 bad input (scene, file, device), 2 wrong command line, 3 some frames or jobs failed,\n"
+    "130 and 143 stopped by SIGINT and SIGTERM.";
 
-int complain(const std::string& what) {
-    std::cerr << "render: " << what << " (render --help lists the options)\n";
-    return kBadCommandLine;
+GivenOptions given_options(const CLI::App& app) {
+    GivenOptions given;
+    for (const CLI::Option* option : app.get_options()) {
+        if (option->count() == 0 || option->get_positional()) continue;
+        const std::vector<std::string>& names = option->get_lnames();
+        given.emplace_back(names.empty() ? option->get_snames().front() : names.front(), option->results());
+    }
+    return given;
 }
 
 }  // namespace
 
-int parse_options(int argc, const char* const* argv, Options& o) {
+int parse_options(int argc, const char* const* argv, Options& o, std::ostream& err) {
+    const auto complain = [&](const std::string& what) {
+        err << "render: " << what << " (render --help lists the options)\n";
+        return kBadCommandLine;
+    };
     CLI::App app("Renders a Mitsuba 3 scene by irradiance caching in OpenCL.", "render");
-    set_up(app, "SCENE -o OUT [-o OUT2 ...] [options]");
+    set_up(app, "SCENE -o OUT [-o OUT2 ...] [options]\n       render --batch JOBS.json [options]");
     std::vector<std::string> defines;
     std::string traversal = "auto";
     declare_files(app, o, defines);
     declare_rendering(app, o);
     declare_radiance(app, o.settings);
+    declare_batch(app, o);
     declare_device(app, o, traversal);
     declare_memory(app, o);
     declare_messages(app, o);
     app.footer(kFooter);
-    if (const int status = parse(app, argc, argv); status >= 0) return status;
+    if (const int status = parse(app, argc, argv, err); status >= 0) return status;
     if (o.list_devices) return -1;
+    o.given = given_options(app);
+    if (const std::string what = wrong_batch_options(o); !what.empty()) return complain(what);
+    if (!o.batch.empty()) return -1;
 
     if (o.scene.empty()) return complain("no SCENE given");
     if (o.outputs.empty() && o.pack.empty()) return complain("nothing to write: give -o OUT.exr");
     if (const std::string what = wrong_record_options(o); !what.empty()) return complain(what);
+#ifndef IRRADIA_MINIMAL
+    if (const std::string what = wrong_report_options(o); !what.empty()) return complain(what);
+#endif
     for (const std::string& define : defines) {
         const std::size_t equals = define.find('=');
         if (equals == 0 || equals == std::string::npos)

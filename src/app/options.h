@@ -1,10 +1,12 @@
 // The command line of `render`.
 #pragma once
+#include <iosfwd>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "app/batch_file.h"
 #include "irradia/Device.h"
 #include "irradia/Renderer.h"
 
@@ -15,6 +17,13 @@ struct Options {
     std::vector<std::string> outputs;                ///< kind by extension
     std::string pack, stats;                         ///< files to write besides; "" = none
     std::string load_records, save_records, points;  ///< files; "" = none
+    std::string report, reference;                   ///< files; "" = none
+    std::string batch, camera_path, checkpoint;      ///< files; "" = none
+    double checkpoint_every = 60;                    ///< seconds
+    std::vector<int> frames;                         ///< empty: one picture, without a number
+    int shard = 1, shards = 1;                       ///< of the frames
+    bool overwrite = false;                          ///< frames and jobs that are there are rendered again
+    GivenOptions given;                              ///< all that stand on the command line
     bool force_records = false;                      ///< use records of another scene or other settings
     RenderSettings settings;
     DeviceOptions device;
@@ -46,8 +55,8 @@ const std::string& name_of(const Names<E>& names, E value) {
     return names.front().second;
 }
 
-/// Reads the command line. Returns -1 to go on, or the status to exit with at once (0 after --help, 2 after one
-/// line on stderr that says what is wrong).
-int parse_options(int argc, const char* const* argv, Options& options);
+/// Reads the command line. Returns -1 to go on, or the status to exit with at once (0 after --help, 2 after one line to
+/// `err` that says what is wrong).
+int parse_options(int argc, const char* const* argv, Options& options, std::ostream& err);
 
 }  // namespace irradia::app

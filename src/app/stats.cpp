@@ -157,7 +157,8 @@ std::string stats_json(const Run& r) {
                 {"scene_bytes", scene_bytes(r.scene)},
                 {"device_peak_bytes", r.device_peak_bytes}}}};
     if (r.error != nullptr) j["error"] = error_json(*r.error);
-    return j.dump(2) + "\n";
+    // Names of files need not be UTF-8.
+    return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::map<std::string, std::string> picture_metadata(const Run& r) {
@@ -187,6 +188,17 @@ std::map<std::string, std::string> picture_metadata(const Run& r) {
                 add("error." + key, value);
         }
     }
+    return out;
+}
+
+std::vector<std::pair<std::string, std::string>> settings_texts(const Options& o) {
+    std::vector<std::pair<std::string, std::string>> out;
+    const Json settings = settings_json(o, o.settings.spp);
+    for (const auto& [key, value] : settings.items())
+        out.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
+    out.emplace_back("report_error", o.settings.report_error ? "true" : "false");
+    out.emplace_back("target_error", number(static_cast<double>(o.settings.target_error)));
+    out.emplace_back("time_limit", number(static_cast<double>(o.settings.time_limit)));
     return out;
 }
 

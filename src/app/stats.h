@@ -2,6 +2,8 @@
 #pragma once
 #include <map>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "app/loading.h"
 #include "app/options.h"
@@ -29,6 +31,9 @@ std::string stats_json(const Run& run);
 /// Method, parameters, seed, device, version, records and rays, as text by key ("irradia.method"). No times: the same
 /// picture is the same file (but for what --report-error says, which depends on the time it has).
 std::map<std::string, std::string> picture_metadata(const Run& run);
+
+/// All settings that a picture depends on, as text by the names they have in --stats.
+std::vector<std::pair<std::string, std::string>> settings_texts(const Options& options);
 
 /// Device time by stage, rays by kind, memory: several lines.
 std::string stats_table(const Run& run);

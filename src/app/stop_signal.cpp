@@ -18,9 +18,6 @@ void remember_signals() {
     action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one is obeyed
     sigaction(SIGTERM, &action, nullptr);
     sigaction(SIGINT, &action, nullptr);
-    action.sa_handler = SIG_IGN;
-    action.sa_flags = 0;
-    sigaction(SIGPIPE, &action, nullptr);
 }
 
 int signal_received() { return received; }

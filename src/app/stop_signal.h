@@ -8,8 +8,7 @@ struct Stopped {
     int signal;
 };
 
-/// From now on the first SIGTERM or SIGINT is remembered; a second one ends the process at once, as it would have. A
-/// closed pipe is an error of whoever writes into it, not a signal.
+/// From now on the first SIGTERM or SIGINT is remembered; a second one ends the process at once, as it would have.
 void remember_signals();
 /// The signal that has come; 0: none.
 int signal_received();

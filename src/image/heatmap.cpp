@@ -30,7 +30,8 @@ ErrorPicture error_picture(const Image& picture, const Image& reference, const M
     result.scale = scale;
     result.image = {picture.width, picture.height, {{"", 3, std::vector<float>(c.pixels * 3)}}, {}};
     std::vector<float>& out = result.image.layers[0].data;
-    const std::string why = oiio::library().inferno(picture.width, picture.height, error.data(), out.data());
+    const std::string why =
+        oiio::library().colour_map("inferno", picture.width, picture.height, error.data(), out.data());
     if (!why.empty()) throw Error(fmt::format("the error picture cannot be made: {}", why));
     for (std::size_t i = 0; i < out.size(); ++i)  // OpenImageIO's colours of the map are linear
         if (!c.counted[i / 3]) out[i] = 0.2f;

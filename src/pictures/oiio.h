@@ -43,14 +43,14 @@ struct Library {
     std::unique_ptr<Input> (*open)(const std::string& path, bool unassociated, std::string& why);
     /// The file's bytes. "" or what is wrong.
     std::string (*encode)(const Output& picture, std::vector<unsigned char>& file);
-    /// Linear RGB of the colour map inferno for values 0 to 1. "" or why not.
-    std::string (*inferno)(int width, int height, const float* values, float* rgb);
+    /// Linear RGB of a colour map ("inferno", "viridis", ...) for values 0 to 1. "" or why not.
+    std::string (*colour_map)(const char* name, int width, int height, const float* values, float* rgb);
 };
 
 /// Loaded at the first call, of any thread. Throws Error if the module or what it needs is missing.
 const Library& library();
 
 /// The module's one symbol, a `const Library* ()`; another number whenever anything above changes.
-#define IRRADIA_OIIO_SYMBOL irradia_oiio_1
+#define IRRADIA_OIIO_SYMBOL irradia_oiio_2
 
 }  // namespace irradia::oiio

@@ -69,9 +69,9 @@ std::string encode(const Output& picture, std::vector<unsigned char>& file) {
     return written && closed ? "" : fmt::format("cannot be written: {}", one_line(out->geterror()));
 }
 
-std::string inferno(int width, int height, const float* values, float* rgb) {
+std::string colour_map(const char* name, int width, int height, const float* values, float* rgb) {
     const OIIO::ImageBuf source(OIIO::ImageSpec(width, height, 1, OIIO::TypeDesc::FLOAT), const_cast<float*>(values));
-    OIIO::ImageBuf colours = OIIO::ImageBufAlgo::color_map(source, 0, "inferno");
+    OIIO::ImageBuf colours = OIIO::ImageBufAlgo::color_map(source, 0, name);
     if (!colours.has_error() && colours.get_pixels(OIIO::ROI::All(), OIIO::TypeDesc::FLOAT, rgb)) return "";
     return one_line(colours.geterror());
 }
@@ -80,6 +80,6 @@ std::string inferno(int width, int height, const float* values, float* rgb) {
 }  // namespace irradia::oiio
 
 extern "C" [[gnu::visibility("default")]] const irradia::oiio::Library* IRRADIA_OIIO_SYMBOL() {
-    static const irradia::oiio::Library library{irradia::oiio::open, irradia::oiio::encode, irradia::oiio::inferno};
+    static const irradia::oiio::Library library{irradia::oiio::open, irradia::oiio::encode, irradia::oiio::colour_map};
     return &library;
 }

@@ -179,6 +179,7 @@ void Renderer::save(Checkpoint& checkpoint) { impl_->state(checkpoint); }
 RenderResult Renderer::resume(Checkpoint& checkpoint) {
     impl_->begin(impl_->run.camera());
     impl_->state(checkpoint);
+    checkpoint.finish();
     return impl_->view(true);
 }
 

@@ -33,6 +33,8 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--load-records",
                                                "--force-records",
                                                "--points",
+                                               "--report",
+                                               "--reference",
                                                "--width",
                                                "--height",
                                                "--rfilter",

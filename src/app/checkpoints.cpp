@@ -1,0 +1,68 @@
+#include "app/checkpoints.h"
+
+#include <filesystem>
+#include <iomanip>
+#include <sstream>
+
+#include "app/frames.h"
+#include "app/output.h"
+#include "app/session.h"
+#include "app/stats.h"
+#include "irradia/RecordFile.h"
+
+namespace irradia::app {
+
+CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
+    CheckpointIdentity identity = {{"version", IRRADIA_VERSION},
+                                   {"scene", o.scene},
+                                   {"device", device.description().name + ", " + device.description().driver},
+                                   {"traversal", device.cpu_traversal() ? "cpu" : "gpu"},
+                                   {"camera-path", o.camera_path},
+                                   {"load-records", o.load_records},
+                                   {"rfilter", o.rfilter},
+                                   {"width", std::to_string(o.width)},
+                                   {"height", std::to_string(o.height)},
+                                   {"report", o.report.empty() ? "no" : "yes"},
+                                   {"frames", frames_text(o.frames)},
+                                   {"shard", std::to_string(o.shard) + "/" + std::to_string(o.shards)}};
+    for (const auto& [name, value] : o.defines) identity.emplace_back("define " + name, value);
+    for (std::size_t i = 0; i < o.outputs.size(); ++i)
+        identity.emplace_back("output " + std::to_string(i + 1), o.outputs[i]);
+    for (auto& [name, value] : settings_texts(o)) identity.emplace_back(name, value);
+    return identity;
+}
+
+std::string scene_identity(const Scene& scene) {
+    const RecordOrigin origin = record_origin(scene, RenderSettings{});
+    std::ostringstream out;
+    out << std::hex << "geometry " << origin.geometry << ", materials " << origin.materials << ", emitters "
+        << origin.emitters << std::dec << ", " << scene.info.width << " x " << scene.info.height << " pixels";
+    return out.str();
+}
+
+Checkpoints::Checkpoints(const Options& o, CheckpointIdentity identity)
+    : path_(o.checkpoint), every_(o.checkpoint_every), identity_(std::move(identity)), last_(now()) {
+    if (wanted()) check_writable(path_);
+}
+
+bool Checkpoints::there() const {
+    std::error_code ignored;
+    return wanted() && std::filesystem::exists(path_, ignored);
+}
+
+bool Checkpoints::due() const { return wanted() && now() - last_ >= every_; }
+
+void Checkpoints::write(const std::function<void(Checkpoint&)>& state) {
+    last_ = now();  // one that fails is tried again then
+    Checkpoint out = Checkpoint::write(path_, identity_);
+    state(out);
+    out.finish();
+    last_ = now();
+}
+
+void Checkpoints::remove() const {
+    std::error_code ignored;
+    if (wanted()) std::filesystem::remove(path_, ignored);
+}
+
+}  // namespace irradia::app

@@ -1,0 +1,287 @@
+#include "app/render_job.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <new>
+
+#include "app/frames.h"
+#include "app/help.h"
+#include "app/memory_option.h"
+#include "app/output.h"
+#include "app/picture_output.h"
+#include "app/point_list.h"
+#include "app/progress.h"
+#include "app/stop_signal.h"
+#include "irradia/Error.h"
+#include "irradia/PackedScene.h"
+
+namespace irradia::app {
+namespace {
+
+bool searches(const Options& o) { return o.settings.target_error > 0 || o.settings.time_limit > 0; }
+
+}  // namespace
+
+RenderJob::RenderJob(Options o, Session& session, Fields context)
+    : o_(std::move(o)),
+      session_(session),
+      context_(std::move(context)),
+      began_(now()),
+      many_(!o_.frames.empty()),
+      settings_(render_settings(o_)) {}
+RenderJob::~RenderJob() = default;
+
+Options RenderJob::of_frame(int frame) const {
+    Options o = o_;
+    if (!many_) return o;
+    for (std::string* path : {&o.scene, &o.stats, &o.report, &o.reference}) *path = frame_path(*path, frame);
+    for (std::string& path : o.outputs) path = frame_path(path, frame);
+    return o;
+}
+
+bool RenderJob::there(int frame) const {
+    const Options o = of_frame(frame);
+    return std::all_of(o.outputs.begin(), o.outputs.end(), [](const std::string& path) {
+        std::error_code ignored;
+        return std::filesystem::exists(path, ignored);
+    });
+}
+
+std::vector<int> RenderJob::frames_to_do() {
+    if (!many_) return {0};
+    const std::vector<int> all = shard_of(o_.frames, o_.shard, o_.shards);
+    std::vector<int> missing, done;
+    for (const int frame : all) (!o_.overwrite && there(frame) ? done : missing).push_back(frame);
+    if (!done.empty())
+        session_.log.info("left as they are, since their files are there (--overwrite): frames " + frames_text(done),
+                          {{"skipped", done}});
+    return missing;
+}
+
+int RenderJob::run() {
+    Log& log = session_.log;
+    log.context(context_);
+    if (!many_) check_outputs(o_, log);
+    require_records_memory(o_);
+    records_ = std::make_unique<CarriedRecords>(o_, [&log](const std::string& text) { log.warn(text); });
+    if (o_.outputs.empty()) {  // --pack alone: no device is needed
+        session_.open(o_, true);
+        write_packed_scene(o_.pack, session_.scene());
+        log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
+        log.done({o_.pack}, now() - began_);
+        return 0;
+    }
+    if (!o_.points.empty()) {
+        answer_points();
+        return 0;
+    }
+    render_all();
+    if (const std::string what = records_->save(); !what.empty()) log.info(what, {{"output", o_.save_records}});
+    checkpoints_->remove();
+    if (!many_) {
+        log.done(o_.outputs, now() - began_);
+        return 0;
+    }
+    std::string text = "frames: " + std::to_string(done_) + " rendered in " + time_text(now() - began_);
+    if (!failed_.empty()) text += ", failed: " + frames_text(failed_);
+    log.say(failed_.empty() ? Level::info : Level::error, text, {{"rendered", done_}, {"failed", failed_}});
+    log.done(o_.outputs, now() - began_);
+    return failed_.empty() ? 0 : kSomeFailed;
+}
+
+/// --points: no picture, but irradiance.
+void RenderJob::answer_points() {
+    Log& log = session_.log;
+    const std::vector<IrradiancePoint> points = read_points(o_.points);
+    Device& device = session_.device(o_.device);  // one that is not there is found before a large scene is loaded
+    session_.open(o_, !o_.pack.empty());
+    if (!o_.pack.empty()) {
+        write_packed_scene(o_.pack, session_.scene());
+        log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
+    }
+    records_->check(session_.scene());
+    StageLog stages(log);
+    const ProgressCallback callback = [&](const Progress& p) {
+        stages(p);
+        stop_if_told();
+        check_memory(o_, "the render (" + p.stage + ")");
+    };
+    RenderStatistics statistics;
+    const std::vector<PointIrradiance> answers =
+        irradiance_at(session_.scene(), device, o_.settings, points, callback, records_->set(), &statistics);
+    stages.finish();
+    for (const std::string& path : o_.outputs) write_points(path, points, answers);
+    log.info("wrote " + o_.outputs.front() + ": irradiance at " + count_text(static_cast<double>(points.size())) +
+             " points, " + time_text(statistics.seconds) + ", " + count_text(static_cast<double>(statistics.records)) +
+             " records");
+    if (const std::string what = records_->save(); !what.empty()) log.info(what);
+    log.done(o_.outputs, now() - began_);
+}
+
+void RenderJob::render_all() {
+    Log& log = session_.log;
+    const Device& device = session_.device(o_.device);
+    log.detail("device " + std::to_string(device.description().index) + ": " + device.description().name + " (" +
+               device.description().platform + "), " + (device.cpu_traversal() ? "cpu" : "gpu") + " traversal");
+#ifndef IRRADIA_MINIMAL
+    if (!o_.camera_path.empty()) path_ = read_camera_path(o_.camera_path);
+#endif
+    checkpoints_ = std::make_unique<Checkpoints>(o_, checkpoint_identity(o_, device));
+    std::optional<Checkpoint> resumed;
+    if (checkpoints_->there()) {
+        resumed = checkpoints_->read();
+        (*resumed)(frames_)(failed_);
+        log.info("going on from " + checkpoints_->path());
+    } else {
+        frames_ = frames_to_do();
+    }
+    try {
+        while (!frames_.empty()) {
+            const int frame = frames_.front();
+            if (many_) {
+                Fields context = context_;
+                context["frame"] = frame;
+                log.context(context);
+            }
+            try {
+                render_frame(of_frame(frame), frame, resumed);
+                ++done_;
+            } catch (const std::exception& error) {
+                if (!many_) throw;
+                const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+                log.error(memory ? out_of_memory_text() : error.what());
+                failed_.push_back(frame);
+                resumed.reset();
+                if (!whole_) drop_renderer(false);  // in the middle of it: what it knows is not certain
+            }
+            log.context(context_);
+            // A checkpoint between two frames is one of the frame before.
+            if (frames_.size() == 1 || !started_) {
+                frames_.erase(frames_.begin());
+            } else {
+                if (signal_received() != 0) throw Stopped{signal_received()};
+                frames_.erase(frames_.begin());
+            }
+        }
+    } catch (const Stopped&) {
+        if (whole_ && checkpoints_->wanted()) {
+            try {
+                save_checkpoint();
+                log.info("wrote " + checkpoints_->path() + ": the same command goes on from there",
+                         {{"output", checkpoints_->path()}});
+            } catch (const Error& error) {
+                log.error(error.what());
+            }
+        }
+        throw;
+    }
+    if (renderer_ && records_->set() != nullptr) renderer_->store(*records_->set());
+}
+
+void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed) {
+    const double began = many_ ? now() : began_;
+    if (many_) check_outputs(o, session_.log);
+    reference_ = open_reference(o);
+    open_scene(o, resumed);
+    shared::Camera camera = session_.scene().info.camera;
+#ifndef IRRADIA_MINIMAL
+    if (path_) camera = camera_at(*path_, session_.scene(), frame);
+#else
+    (void)frame;
+#endif
+    check_reference_size(o, reference_, session_.scene());
+    require_picture_memory(o, session_.scene().info.width, session_.scene().info.height);
+    whole_ = false;
+    RenderResult result = [&] {
+        try {
+            make_renderer();
+            stages_ = std::make_unique<StageLog>(session_.log);
+            if (!resumed) return renderer_->render(camera);
+            Checkpoint checkpoint = std::move(*resumed);
+            resumed.reset();
+            return renderer_->resume(checkpoint);
+        } catch (const std::bad_alloc&) {
+            throw Error("out of memory for a picture of " + std::to_string(session_.scene().info.width) + " x " +
+                        std::to_string(session_.scene().info.height) +
+                        " pixels: take a smaller one (--width, --height) or fewer layers (--aov)");
+        }
+    }();
+    stages_->finish();
+    whole_ = started_ = true;
+    RecordSet* const records = records_->set();
+    if (records != nullptr && !o.report.empty()) renderer_->store(*records);
+    write_results(o, session_, result, records, reference_, began);
+}
+
+void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {
+    const bool each_frame = has_frame_place(o_.scene);
+    if (!renderer_ || each_frame) {
+        if (session_.open(o, !o_.pack.empty(), [&] { drop_renderer(true); })) drop_renderer(true);
+        if (!o_.pack.empty()) {
+            write_packed_scene(o_.pack, session_.scene());
+            session_.log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
+        }
+    }
+    if (!resumed) return;
+    std::string then;
+    (*resumed)(then);
+    if (const std::string is = scene_identity(session_.scene()); then != is)
+        throw Error(checkpoints_->path() + ": checkpoint of another scene: found " + then + ", expected " + is);
+}
+
+void RenderJob::make_renderer() {
+    if (renderer_) return;
+    const ProgressCallback callback = [this](const Progress& p) {
+        (*stages_)(p);
+        check_memory(o_, "the render (" + p.stage + ")");
+    };
+    stages_ = std::make_unique<StageLog>(session_.log);
+    renderer_ = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);
+    renderer_->on_rest([this](bool whole) { at_rest(whole); });
+    // Records of an earlier scene serve this one if it differs in nothing that they know.
+    if (kept_) {
+        const bool radiance = settings_.method == Method::radiance && kept_->radiance.size() > 0;
+        if (record_mismatch(kept_->origin, record_origin(session_.scene(), settings_), radiance).empty())
+            renderer_->load(*kept_);
+        kept_.reset();
+    } else if (RecordSet* const records = records_->set(); records != nullptr && !started_) {
+        records_->check(session_.scene());
+        renderer_->load(*records);
+    }
+}
+
+void RenderJob::drop_renderer(bool keep_records) {
+    if (!renderer_) return;
+    if (keep_records && !searches(o_)) {
+        kept_.emplace();
+        renderer_->store(*kept_);
+    }
+    renderer_.reset();
+    whole_ = false;
+}
+
+void RenderJob::at_rest(bool whole) {
+    if (signal_received() != 0) {
+        whole_ = whole;
+        throw Stopped{signal_received()};
+    }
+    // Between the steps of a search, which come seldom, always.
+    if (!whole || !(checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) return;
+    try {
+        save_checkpoint();
+    } catch (const Error& error) {
+        session_.log.warn(error.what());  // the render itself is none the worse
+    }
+}
+
+void RenderJob::save_checkpoint() {
+    checkpoints_->write([this](Checkpoint& c) { state(c); });
+}
+
+void RenderJob::state(Checkpoint& c) {
+    std::string scene = scene_identity(session_.scene());
+    c(frames_)(failed_)(scene);
+    renderer_->save(c);
+}
+
+}  // namespace irradia::app

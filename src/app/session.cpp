@@ -1,0 +1,120 @@
+#include "app/session.h"
+
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+
+#include "app/film_size.h"
+#include "app/help.h"
+#include "app/memory_option.h"
+#include "app/stop_signal.h"
+#include "core/memory.h"
+#include "irradia/Error.h"
+#include "irradia/PackedScene.h"
+#include "irradia/RecordFile.h"
+#ifndef IRRADIA_MINIMAL
+#include "irradia/Accel.h"
+#endif
+
+namespace irradia::app {
+namespace {
+
+constexpr const char* kSmallerScene = "take a smaller scene: fewer triangles, smaller textures";
+
+/// Are both the same but for the camera?
+bool same_scene(const Scene& a, const Scene& b) {
+    shared::SceneInfo info = a.info;
+    info.camera = b.info.camera;
+    if (std::memcmp(&info, &b.info, sizeof info) != 0 || a.features != b.features || a.sample_count != b.sample_count ||
+        a.triangles.size() != b.triangles.size())
+        return false;
+    const RenderSettings settings;
+    return record_origin(a, settings) == record_origin(b, settings);
+}
+
+}  // namespace
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+Device& Session::device(const DeviceOptions& o) {
+    const DeviceOptions& d = device_options_;
+    if (!device_ || d.select != o.select || d.threads != o.threads || d.traversal != o.traversal ||
+        d.memory_limit != o.memory_limit) {
+        device_.reset();
+        device_.emplace(o);
+        device_options_ = o;
+    }
+    return *device_;
+}
+
+Scene Session::load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts) {
+    if (is_packed_scene(o.scene)) {
+        if (!o.defines.empty())
+            throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
+        monitor("packed scene", 0);
+        require_memory(o.device.memory_limit, std::filesystem::file_size(o.scene), "the packed scene", kSmallerScene);
+        Scene scene = read_packed_scene(o.scene);
+        scene.source = o.scene;
+        set_film_size(scene, o.width, o.height);
+        return scene;
+    }
+#ifdef IRRADIA_MINIMAL
+    (void)layouts;
+    throw Error(o.scene + ": is not a packed scene, expected one (render SCENE.xml --pack FILE on a full build)");
+#else
+    LoadOptions load;
+    load.defines = o.defines;
+    load.lenient = o.lenient;
+    load.parts = &parts_;
+    const bool both = o.width > 0 && o.height > 0;  // then the shape may change, which only the loader can do
+    load.width = both ? o.width : 0;
+    load.height = both ? o.height : 0;
+    load.warn = [&](const std::string& text) { log.warn(text); };
+    load.progress = [&](const std::string& stage, double fraction) {
+        stop_if_told();
+        monitor(stage, fraction);
+        require_memory(o.device.memory_limit, 0, "loading (" + stage + ")", kSmallerScene);
+    };
+    load.need = [&](std::uint64_t bytes, const std::string& what) {
+        require_memory(o.device.memory_limit, bytes, what, kSmallerScene);
+    };
+    Scene scene = load_scene(o.scene, load);
+    if (!both) set_film_size(scene, o.width, o.height);
+    monitor("hierarchy", 0);
+    if (!scene_ || !take_accel(scene, *scene_, layouts)) {
+        require_memory(o.device.memory_limit, accel_memory(scene, layouts), "the scene's hierarchy", kSmallerScene);
+        build_accel(
+            scene, o.device.threads, [&](double fraction) { load.progress("hierarchy", fraction); }, layouts);
+    }
+    monitor("checks", 0);
+    check_scene(o.scene, scene, layouts);  // as read_packed_scene() does: numbers that overflowed on the way to float32
+    return scene;
+#endif
+}
+
+bool Session::open(const Options& o, bool both_layouts, const std::function<void()>& leave) {
+    stop_if_told();
+    const AccelLayouts layouts = both_layouts || !device_   ? AccelLayouts::both
+                                 : device_->cpu_traversal() ? AccelLayouts::bvh8
+                                                            : AccelLayouts::bvh2;
+    StageLog stages(log);
+    LoadMonitor monitor(&stages, now());
+    Scene fresh = load(o, monitor, layouts);
+    monitor.finish();
+    set_rfilter(fresh, o.rfilter);
+    phases_ = monitor.phases();
+    load_peak_bytes_ = peak_resident_memory();
+    log.info(load_text(fresh, phases_, load_peak_bytes_),
+             {{"scene", fresh.source}, {"triangles", fresh.triangles.size()}, {"peak_bytes", load_peak_bytes_}});
+    if (scene_ && same_scene(fresh, *scene_)) {
+        scene_->info.camera = fresh.info.camera;
+        scene_->accel = std::move(fresh.accel);
+        scene_->source = fresh.source;
+        return false;
+    }
+    if (leave) leave();
+    scene_ = std::make_unique<Scene>(std::move(fresh));
+    return true;
+}
+
+}  // namespace irradia::app

@@ -1,0 +1,53 @@
+// What the renders of one process share: the log, the device, and what the last scene has read and built.
+#pragma once
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/loading.h"
+#include "app/log.h"
+#include "app/options.h"
+#include "irradia/Device.h"
+#include "irradia/Scene.h"
+
+#ifndef IRRADIA_MINIMAL
+#include "irradia/SceneLoader.h"
+#endif
+
+namespace irradia::app {
+
+/// Wall seconds of the steady clock.
+double now();
+
+class Session {
+public:
+    explicit Session(Log& log_in) : log(log_in) {}
+
+    Log& log;
+
+    /// The device that the options ask for, opened once.
+    Device& device(const DeviceOptions& options);
+
+    /// Loads o.scene in place of the last scene; files that it has read before are not read again, and the hierarchy is
+    /// built only if geometry has changed. Says what was loaded. False: it is, but for its camera, the last scene,
+    /// which stays where it is and has the new camera. Otherwise whoever refers to the last scene must let go of it:
+    /// `leave` is called before that.
+    bool open(const Options& o, bool both_layouts, const std::function<void()>& leave = {});
+    [[nodiscard]] Scene& scene() { return *scene_; }
+    [[nodiscard]] const Phases& load_phases() const { return phases_; }
+    [[nodiscard]] std::uint64_t load_peak_bytes() const { return load_peak_bytes_; }
+
+private:
+    Scene load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts);
+
+    std::optional<Device> device_;
+    DeviceOptions device_options_;
+    std::unique_ptr<Scene> scene_;
+    Phases phases_;
+    std::uint64_t load_peak_bytes_ = 0;
+#ifndef IRRADIA_MINIMAL
+    SceneParts parts_;
+#endif
+};
+
+}  // namespace irradia::app
