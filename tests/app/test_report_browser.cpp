@@ -84,6 +84,42 @@ TEST_F(ReportBrowser, ShowsThePicture) {
     EXPECT_EQ(wrong, 0) << "of " << 3 * size * size;
 }
 
+TEST_F(ReportBrowser, ZoomsMovesAndShowsTheOtherPictures) {
+    ASSERT_EQ(render({"-o", "a.pfm", "--report", "a.html"}).status, 0);
+    put_in_frame("a.html", 1000, 1400,
+                 "var v = document.getElementById('viewer'), i = document.getElementById('viewed'), said = [];"
+                 "function now() { said.push(i.style.transform.replace(/[^0-9.-]+/g, ' ').trim()); }"
+                 "function at(x, y) { var b = v.getBoundingClientRect();"
+                 "  return { clientX: b.left + x * b.width, clientY: b.top + y * b.height, cancelable: true }; }"
+                 "v.setPointerCapture = function () {};"  // there is no real pointer
+                 "function pointer(name, x, y) {"
+                 "  v.dispatchEvent(new PointerEvent(name, Object.assign({ pointerId: 1 }, at(x, y)))); }"
+                 "now();"
+                 "v.dispatchEvent(new WheelEvent('wheel', Object.assign({ deltaY: -200 }, at(0.5, 0.5)))); now();"
+                 "pointer('pointerdown', 0.5, 0.5); pointer('pointermove', 0.5, 0.5);"
+                 "pointer('pointermove', 0.6, 0.5); pointer('pointerup', 0.6, 0.5); now();"
+                 "v.dispatchEvent(new KeyboardEvent('keydown', { key: '0' })); now();"
+                 "Array.from(document.querySelectorAll('.tools button')).find(b => b.textContent === 'Depth').click();"
+                 "said.push(i.src === document.querySelector('#layer-depth img').src, v.clientWidth);"
+                 "say(said.join(';'));");
+    const std::string said = said_in_frame();
+    double x[4], y[4], zoom[4], width = 0;
+    char depth[8] = "";
+    ASSERT_EQ(
+        std::sscanf(said.c_str(), "%lf %lf %lf;%lf %lf %lf;%lf %lf %lf;%lf %lf %lf;%7[a-z];%lf", &x[0], &y[0], &zoom[0],
+                    &x[1], &y[1], &zoom[1], &x[2], &y[2], &zoom[2], &x[3], &y[3], &zoom[3], depth, &width),
+        14)
+        << said;
+    EXPECT_EQ(zoom[0], 1);
+    EXPECT_GT(zoom[1], 1.5);
+    EXPECT_NEAR(x[1], width / 2 * (1 - zoom[1]), 2);  // what was in the middle still is
+    EXPECT_NEAR(x[2] - x[1], 0.1 * width, 2);         // moved as far as the pointer
+    EXPECT_NEAR(y[2], y[1], 0.01);
+    EXPECT_EQ(zoom[3], 1);
+    EXPECT_EQ(x[3], 0);
+    EXPECT_STREQ(depth, "true");
+}
+
 TEST_F(ReportBrowser, HasALightAndADarkScheme) {
     ASSERT_EQ(render({"-o", "a.pfm", "--report", "a.html"}).status, 0);
     EXPECT_GT(byte_at(screenshot("a.html", "800,600"), 3, 3, 1), 200);
