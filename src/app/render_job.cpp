@@ -123,13 +123,11 @@ void RenderJob::render_all() {
     const Device& device = session_.device(o_.device);
     log.detail("device " + std::to_string(device.description().index) + ": " + device.description().name + " (" +
                device.description().platform + "), " + (device.cpu_traversal() ? "cpu" : "gpu") + " traversal");
-#ifndef IRRADIA_MINIMAL
     if (!o_.camera_path.empty()) path_ = read_camera_path(o_.camera_path);
-#endif
     checkpoints_ = std::make_unique<Checkpoints>(o_, checkpoint_identity(o_, device));
     std::optional<Checkpoint> resumed;
     if (checkpoints_->there()) {
-        resumed = checkpoints_->read();
+        resumed.emplace(checkpoints_->read());
         (*resumed)(frames_)(failed_);
         log.info("going on from " + checkpoints_->path());
     } else {
@@ -184,11 +182,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     reference_ = open_reference(o);
     open_scene(o, resumed);
     shared::Camera camera = session_.scene().info.camera;
-#ifndef IRRADIA_MINIMAL
     if (path_) camera = camera_at(*path_, session_.scene(), frame);
-#else
-    (void)frame;
-#endif
     check_reference_size(o, reference_, session_.scene());
     require_picture_memory(o, session_.scene().info.width, session_.scene().info.height);
     whole_ = false;

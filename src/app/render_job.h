@@ -8,12 +8,9 @@
 #include "app/checkpoints.h"
 #include "app/options.h"
 #include "app/session.h"
+#include "irradia/CameraPath.h"
 #include "irradia/Image.h"
 #include "irradia/Points.h"
-
-#ifndef IRRADIA_MINIMAL
-#include "irradia/CameraPath.h"
-#endif
 
 namespace irradia::app {
 
@@ -53,9 +50,7 @@ private:
     std::vector<int> frames_, failed_;  // to do, the one in work (or done last) first; failed
     bool many_;
     std::size_t done_ = 0;
-#ifndef IRRADIA_MINIMAL
     std::optional<CameraPath> path_;
-#endif
     RenderSettings settings_;
     std::unique_ptr<StageLog> stages_;
     std::unique_ptr<Renderer> renderer_;

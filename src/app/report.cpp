@@ -1,4 +1,5 @@
 #include "app/report.h"
+#include "app/progress.h"
 
 #include <fmt/format.h>
 

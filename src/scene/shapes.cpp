@@ -261,9 +261,9 @@ void load_mesh(Request& request, bool colours, MeshFiles& files) {
 std::uint64_t least_memory(const std::vector<Request>& requests) {
     double all = 0, largest = 0;
     for (const Request& request : requests) {
-        if (request.path.empty()) continue;
+        if (request.file.path.empty()) continue;
         std::error_code unreadable;  // which is said when it is read
-        const auto bytes = static_cast<double>(std::filesystem::file_size(request.path, unreadable));
+        const auto bytes = static_cast<double>(std::filesystem::file_size(request.file.path, unreadable));
         if (unreadable) continue;
         all += bytes;
         largest = std::max(largest, bytes);
