@@ -18,6 +18,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <numeric>
 
 namespace irradia::accel {
@@ -310,6 +311,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("set_affinity=0"),
                                                                            rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), rtcReleaseBVH);
+    if (!device || !bvh) throw std::bad_alloc();
     // Room for the fragments of split triangles, which costs nothing until it is used: no vector, which would clear it.
     const std::size_t capacity = spatial_splits ? 2 * count : count;
     std::unique_ptr<RTCBuildPrimitive[]> primitives(new RTCBuildPrimitive[capacity]);
@@ -348,6 +350,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     const auto* built = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
     primitives.reset();
     if (context.refusal) std::rethrow_exception(context.refusal);
+    if (!built && rtcGetDeviceError(device.get()) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     HostTree tree;
     Counts counts;
     for (const Counts& c : context.counts) {

@@ -134,7 +134,7 @@ void answer_points(const Options& o, Log& log, const Scene& scene, Device& devic
     StageLog stages(log);
     const ProgressCallback callback = [&](const Progress& p) {
         stages(p);
-        check_memory(o, "the render (" + p.stage + ")");
+        check_memory(o, 0, "the render (" + p.stage + ")");
     };
     RenderStatistics statistics;
     const std::vector<PointIrradiance> answers =
@@ -149,11 +149,12 @@ void answer_points(const Options& o, Log& log, const Scene& scene, Device& devic
 
 void render_and_write(const Options& o, Log& log, const Scene& scene, Device& device, double began,
                       const Phases& load_phases, std::uint64_t load_peak_bytes, CarriedRecords& records) {
+    const std::uint64_t pixels = std::uint64_t{scene.info.width} * scene.info.height;
     require_picture_memory(o, scene.info.width, scene.info.height);
     StageLog stages(log);
     const ProgressCallback callback = [&](const Progress& p) {
         stages(p);
-        check_memory(o, "the render (" + p.stage + ")");
+        check_memory(o, pixels, "the render (" + p.stage + ")");
     };
     RenderResult result = [&] {
         try {
