@@ -119,9 +119,16 @@ struct BuildContext {
 
 Box to_box(const RTCBounds& b) { return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}}; }
 
+/// Embree's own builders throw the same where its allocator fails; rtcBuildBVH() makes an error code of it.
+void* node_memory(RTCThreadLocalAllocator allocator, std::size_t bytes) {
+    void* const memory = rtcThreadLocalAlloc(allocator, bytes, 16);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
+
 void* create_node(RTCThreadLocalAllocator allocator, unsigned, void* user) {
     ++static_cast<BuildContext*>(user)->counts.local().nodes;
-    return static_cast<BuildNode*>(new (rtcThreadLocalAlloc(allocator, sizeof(BuildInner), 16)) BuildInner);
+    return static_cast<BuildNode*>(new (node_memory(allocator, sizeof(BuildInner))) BuildInner);
 }
 
 BuildInner* inner(void* node) { return static_cast<BuildInner*>(static_cast<BuildNode*>(node)); }
@@ -136,7 +143,7 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
                   void* user) {
-    auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(BuildLeaf), 16)) BuildLeaf;
+    auto* leaf = new (node_memory(allocator, sizeof(BuildLeaf))) BuildLeaf;
     leaf->leaf = true;
     for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
     // The builder's order within a leaf may depend on its threads; ours must not.

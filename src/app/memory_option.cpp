@@ -66,7 +66,7 @@ void check_memory(const Options& o, std::uint64_t pixels, const std::string& wha
 }
 
 std::string out_of_memory_text() {
-    return "out of memory, with " + memory_text(resident_memory()) + " in use: " + kHelp;
+    return "out of memory, having had " + memory_text(peak_resident_memory()) + " at most: " + kHelp;
 }
 
 }  // namespace irradia::app
