@@ -45,8 +45,8 @@ struct LoadOptions {
     /// Hears the stage ("parsing", "meshes", "textures", "assembly") and the fraction of it that is done, from any
     /// thread, two at once too; may be empty.
     std::function<void(const std::string&, double)> progress;
-    /// Hears how many more bytes of memory are about to be taken, at least, and what for; may throw to refuse them; may be
-    /// empty.
+    /// Hears how many more bytes of memory are about to be taken, at least, and what for; may throw to refuse them;
+    /// may be empty.
     std::function<void(std::uint64_t, const std::string&)> need;
 };
 

@@ -18,6 +18,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <numeric>
 
 namespace irradia::accel {
@@ -118,9 +119,16 @@ struct BuildContext {
 
 Box to_box(const RTCBounds& b) { return {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}}; }
 
+/// Embree's own builders throw the same where its allocator fails; rtcBuildBVH() makes an error code of it.
+void* node_memory(RTCThreadLocalAllocator allocator, std::size_t bytes) {
+    void* const memory = rtcThreadLocalAlloc(allocator, bytes, 16);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
+
 void* create_node(RTCThreadLocalAllocator allocator, unsigned, void* user) {
     ++static_cast<BuildContext*>(user)->counts.local().nodes;
-    return static_cast<BuildNode*>(new (rtcThreadLocalAlloc(allocator, sizeof(BuildInner), 16)) BuildInner);
+    return static_cast<BuildNode*>(new (node_memory(allocator, sizeof(BuildInner))) BuildInner);
 }
 
 BuildInner* inner(void* node) { return static_cast<BuildInner*>(static_cast<BuildNode*>(node)); }
@@ -135,7 +143,7 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
                   void* user) {
-    auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(BuildLeaf), 16)) BuildLeaf;
+    auto* leaf = new (node_memory(allocator, sizeof(BuildLeaf))) BuildLeaf;
     leaf->leaf = true;
     for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
     // The builder's order within a leaf may depend on its threads; ours must not.
@@ -310,6 +318,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("set_affinity=0"),
                                                                            rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), rtcReleaseBVH);
+    if (!device || !bvh) throw std::bad_alloc();
     // Room for the fragments of split triangles, which costs nothing until it is used: no vector, which would clear it.
     const std::size_t capacity = spatial_splits ? 2 * count : count;
     std::unique_ptr<RTCBuildPrimitive[]> primitives(new RTCBuildPrimitive[capacity]);
@@ -348,6 +357,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     const auto* built = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
     primitives.reset();
     if (context.refusal) std::rethrow_exception(context.refusal);
+    if (!built && rtcGetDeviceError(device.get()) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     HostTree tree;
     Counts counts;
     for (const Counts& c : context.counts) {

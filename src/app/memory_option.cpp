@@ -61,10 +61,12 @@ void require_picture_memory(const Options& o, std::uint64_t width, std::uint64_t
                    kHelp);
 }
 
-void check_memory(const Options& o, const std::string& what) { require_memory(o.device.memory_limit, 0, what, kHelp); }
+void check_memory(const Options& o, std::uint64_t pixels, const std::string& what) {
+    require_memory(o.device.memory_limit, pixels * layer_channels(o.settings) * sizeof(float), what, kHelp);
+}
 
 std::string out_of_memory_text() {
-    return "out of memory, with " + memory_text(resident_memory()) + " in use: " + kHelp;
+    return "out of memory, having had " + memory_text(peak_resident_memory()) + " at most: " + kHelp;
 }
 
 }  // namespace irradia::app

@@ -15,8 +15,8 @@ std::uint64_t picture_memory(const RenderSettings& settings, std::uint64_t width
 /// Throw Error, one line, if what comes next would pass the limit.
 void require_records_memory(const Options& options);  ///< reading --load-records
 void require_picture_memory(const Options& options, std::uint64_t width, std::uint64_t height);
-/// What is in use already; called now and then while `what` goes on.
-void check_memory(const Options& options, const std::string& what);
+/// To be called now and then while `what` goes on: a picture of so many pixels is yet to be made from the film.
+void check_memory(const Options& options, std::uint64_t pixels, const std::string& what);
 
 /// What std::bad_alloc means, without a limit or in spite of it.
 std::string out_of_memory_text();

@@ -104,7 +104,7 @@ void RenderJob::answer_points() {
     const ProgressCallback callback = [&](const Progress& p) {
         stages(p);
         stop_if_told();
-        check_memory(o_, "the render (" + p.stage + ")");
+        check_memory(o_, 0, "the render (" + p.stage + ")");
     };
     RenderStatistics statistics;
     const std::vector<PointIrradiance> answers =
@@ -184,7 +184,6 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     shared::Camera camera = session_.scene().info.camera;
     if (path_) camera = camera_at(*path_, session_.scene(), frame);
     check_reference_size(o, reference_, session_.scene());
-    require_picture_memory(o, session_.scene().info.width, session_.scene().info.height);
     whole_ = false;
     RenderResult result = [&] {
         try {
@@ -225,9 +224,12 @@ void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed)
 
 void RenderJob::make_renderer() {
     if (renderer_) return;
-    const ProgressCallback callback = [this](const Progress& p) {
+    const shared::SceneInfo& info = session_.scene().info;
+    require_picture_memory(o_, info.width, info.height);
+    const std::uint64_t pixels = std::uint64_t{info.width} * info.height;
+    const ProgressCallback callback = [this, pixels](const Progress& p) {
         (*stages_)(p);
-        check_memory(o_, "the render (" + p.stage + ")");
+        check_memory(o_, pixels, "the render (" + p.stage + ")");
     };
     stages_ = std::make_unique<StageLog>(session_.log);
     renderer_ = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);

@@ -1,5 +1,6 @@
 #include "core/memory.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -90,15 +91,21 @@ std::string memory_text(std::uint64_t bytes) {
     return text;
 }
 
-void require_memory(std::uint64_t limit, std::uint64_t in_use, std::uint64_t bytes, const std::string& what,
-                    const std::string& help) {
-    if (limit == 0 || (in_use <= limit && bytes <= limit - in_use)) return;
+void require_memory(std::uint64_t limit, std::uint64_t bytes, const std::string& what, const std::string& help,
+                    std::uint64_t committed) {
+    if (limit == 0) return;
+    std::uint64_t in_use = 0;
+    const auto fits = [&] {
+        in_use = std::max(resident_memory(), committed);
+        return in_use <= limit && bytes <= limit - in_use;
+    };
+    if (fits()) return;
+#ifdef __GLIBC__
+    ::malloc_trim(0);  // the allocator keeps what is freed: of a kernel's compiler, some hundred megabytes
+    if (fits()) return;
+#endif
     throw Error("no memory for " + what + ": " + (bytes > 0 ? "about " + memory_text(bytes) + " needed, " : "") +
                 memory_text(in_use) + " in use, " + memory_text(limit) + " allowed (--memory-limit): " + help);
-}
-
-void require_memory(std::uint64_t limit, std::uint64_t bytes, const std::string& what, const std::string& help) {
-    if (limit > 0) require_memory(limit, resident_memory(), bytes, what, help);
 }
 
 }  // namespace irradia

@@ -20,11 +20,10 @@ std::optional<std::uint64_t> parse_memory_size(const std::string& text);
 /// "812 MiB", "3.50 GiB".
 std::string memory_text(std::uint64_t bytes);
 
-/// Throws Error "no memory for WHAT: about 3.20 GiB needed, 1.10 GiB in use, 4.00 GiB allowed: HELP" if `bytes` more
-/// than `in_use` pass `limit`; 0: there is no limit.
-void require_memory(std::uint64_t limit, std::uint64_t in_use, std::uint64_t bytes, const std::string& what,
-                    const std::string& help);
-/// With the resident set in use.
-void require_memory(std::uint64_t limit, std::uint64_t bytes, const std::string& what, const std::string& help);
+/// Throws Error "no memory for WHAT: about 3.20 GiB needed, 1.10 GiB in use, 4.00 GiB allowed (--memory-limit): HELP"
+/// if `bytes` more than are in use pass `limit`; 0: there is no limit. In use is the resident set, but no less than
+/// `committed`: memory that has been asked for becomes resident as it is written to.
+void require_memory(std::uint64_t limit, std::uint64_t bytes, const std::string& what, const std::string& help,
+                    std::uint64_t committed = 0);
 
 }  // namespace irradia

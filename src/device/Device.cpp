@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <utility>
 
 #include "core/memory.h"
@@ -264,12 +265,17 @@ Buffer Device::allocate(std::size_t bytes) {
                format_bytes(impl_->largest_allocation) + ")");
     if (used + bytes > d.global_memory) refuse("the device is full");
     if (impl_->memory_limit > 0) {
-        const std::uint64_t resident = resident_memory();
-        if (used == 0) impl_->resident_before = resident;
+        if (used == 0) impl_->resident_before = resident_memory();
         // Buffers become resident as they are written to: those that are not yet count too.
-        require_memory(impl_->memory_limit, std::max(resident, impl_->resident_before + used), bytes,
-                       "a buffer of device '" + d.name + "'",
-                       "take a smaller picture or scene, fewer layers (--aov), or fewer records (a larger --accuracy)");
+        require_memory(impl_->memory_limit, bytes, "a buffer of device '" + d.name + "'",
+                       "take a smaller picture or scene, fewer layers (--aov), or fewer records (a larger --accuracy)",
+                       impl_->resident_before + used);
+    }
+    if (d.is_cpu) {
+        // PoCL 3.1 takes memory only when a buffer is first used, and aborts the program if there is none.
+        void* const probe = std::malloc(bytes);
+        if (probe == nullptr) refuse("the system has no more");
+        std::free(probe);
     }
     cl_int status = CL_SUCCESS;
     cl_mem memory = clCreateBuffer(impl_->session->context, CL_MEM_READ_WRITE, bytes, nullptr, &status);
