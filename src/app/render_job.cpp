@@ -203,7 +203,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     whole_ = started_ = true;
     RecordSet* const records = records_->set();
     if (records != nullptr && !o.report.empty()) renderer_->store(*records);
-    write_results(o, session_, result, records, reference_, began);
+    write_results(o, session_, camera, result, records, reference_, began);
 }
 
 void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {
