@@ -72,7 +72,7 @@ TEST(Stats, JsonHoldsThePicturesCameraInTheWorldOfTheSceneFile) {
     moved.ox = 2;
     moved.dxx = 0.25f;
     moved.cornery = -0.5f;
-    Run run = facts.run();
+    auto run = facts.run();
     EXPECT_EQ(nlohmann::json::parse(stats_json(run))["camera"]["origin"], nlohmann::json({100.5, 0, -7}));
     run.camera = &moved;
     const nlohmann::json camera = nlohmann::json::parse(stats_json(run))["camera"];

@@ -8,7 +8,8 @@ import sys
 
 from . import BadInput, flicker, report, runs
 
-DESCRIPTION = "What does one cache for all frames of a camera's flight gain, and does it flicker? Renders the flight in several ways."
+DESCRIPTION = ("What does one cache for all frames of a camera's flight gain, and does it flicker? Renders the flight in "
+               "several ways.")
 EPILOG = f"""\
 Ways (--ways), each with the same options of `render`:
 
@@ -63,7 +64,8 @@ def parse(arguments):
     root = pathlib.Path(__file__).resolve().parents[2]
     build = pathlib.Path(os.environ.get("IRRADIA_BUILD_DIR") or root / "build")
     p = Parser("tools/flythrough", description=DESCRIPTION, epilog=EPILOG, allow_abbrev=False,
-               formatter_class=argparse.RawDescriptionHelpFormatter, usage="%(prog)s SCENE PATH.json -o DIR [options] [options of render]")
+               formatter_class=argparse.RawDescriptionHelpFormatter,
+               usage="%(prog)s SCENE PATH.json -o DIR [options] [options of render]")
     add = p.add_argument
     add("scene", metavar="SCENE", help="diffuse: what a mirror shows does not stand still")
     add("path", metavar="PATH.json", help="how the camera moves: render --camera-path")
@@ -80,8 +82,8 @@ def parse(arguments):
     add("--render", default=str(build / "bin" / "render"), help="the program")
     o, options = p.parse_known_args(arguments)
     given = {option.split("=")[0] for option in options}
-    for mine in ("--output", "--stats", "--aov", "--camera-path", "--overwrite", "--shard", "--batch", "--points", "--load-records",
-                 "--save-records"):
+    for mine in ("--output", "--stats", "--aov", "--camera-path", "--overwrite", "--shard", "--batch", "--points",
+                 "--load-records", "--save-records"):
         if mine in given:
             p.error(f"{mine}: flythrough sets it")
     if len(o.frames) < 2:
@@ -130,7 +132,8 @@ def errors(work, found):
                 for half, seed in (("a", 9001), ("b", 9002)))
         shown = {way: flicker.read_layers(work.out / way / f"f.{frame:04d}.exr") for way in found}
         for layer, name in (("rgb", "picture"), ("indirect", "indirect light")):
-            out.append((f"{frame}, {name}", {way: flicker.error(x[layer], a[layer], b[layer]) for way, x in shown.items()}))
+            values = {way: flicker.error(x[layer], a[layer], b[layer]) for way, x in shown.items()}
+            out.append((f"{frame}, {name}", values))
     return out
 
 

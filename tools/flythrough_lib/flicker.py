@@ -29,7 +29,7 @@ LAYERS = {"rgb": "RGB", "indirect": ("indirect.R", "indirect.G", "indirect.B"),
 
 
 class Camera:
-    """As --stats describes it: a point origin + t * direction is at film (x, y) if direction is along corner + x dx + y dy."""
+    """As --stats describes it: origin + t * direction is at film (x, y) if direction is along corner + x dx + y dy."""
 
     def __init__(self, stats):
         for name in ("origin", "corner", "dx", "dy", "forward"):
@@ -138,7 +138,7 @@ def compare(a, b):
 
 
 def error(x, a, b):
-    """Relative RMSE of x by two independent halves of a reference, whose noise cancels in (x - a)(x - b); may be NaN if it is
-    below what they can tell."""
+    """Relative RMSE of x by two independent halves of a reference, whose noise cancels in (x - a)(x - b); NaN if that is
+    not positive: too small for them to tell."""
     square = float(((x - a).astype(float) * (x - b)).mean())
     return np.sqrt(square) / float((0.5 * (a.astype(float) + b)).mean()) if square > 0 else float("nan")

@@ -101,10 +101,10 @@ def summary(o, options, found, cpu, floor, errors):
     """Markdown."""
     frames = len(o.frames)
     rendered = {way: sum(r["render_s"] for r in rows) for way, rows in found.items()}
-    lines = [f"`render` options: `{' '.join(options)}`; {frames} frames; seconds are the clock's, the shared cache's the "
-             "median of its runs", "",
-             "| | rendering, s a frame | first, s | others, median s | CPU s a frame | records made a frame | flicker, RMS (worst) | "
-             "of patches, RMS (worst) |", "|---|--:|--:|--:|--:|--:|--:|--:|"]
+    lines = [f"`render` options: `{' '.join(options)}`; {frames} frames; seconds are the clock's, the shared cache's "
+             "the median of its runs", "",
+             "| | rendering, s a frame | first, s | others, median s | CPU s a frame | records made a frame | "
+             "flicker, RMS (worst) | of patches, RMS (worst) |", "|---|--:|--:|--:|--:|--:|--:|--:|"]
     for way, rows in found.items():
         of_one = statistics.median(cpu[way]) if way in ("shared", "settled") else sum(cpu[way])
         f, p = ([r[key] for r in rows if key in r] for key in ("flicker", "patches"))

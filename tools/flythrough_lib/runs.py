@@ -22,8 +22,8 @@ WAYS = {"shared": "one process, one cache",
 def say(text):
     print(text, file=sys.stderr, flush=True)
 
-QUALITY = ("--quality", "--method", "--spp", "--pixel-error", "--accuracy", "--hemisphere", "--min-spacing", "--max-spacing",
-           "--grid-paths")
+QUALITY = ("--quality", "--method", "--spp", "--pixel-error", "--accuracy", "--hemisphere", "--min-spacing",
+           "--max-spacing", "--grid-paths")
 
 
 def without(options, names):
@@ -48,8 +48,9 @@ class Runs:
     def run(self, *line, options=None):
         """CPU seconds."""
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        line = [self.o.render, self.o.scene, "-q", "--camera-path", self.o.path, *(self.options if options is None else options), *map(str, line)]
-        done = subprocess.run(line, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        options = self.options if options is None else options
+        done = subprocess.run([self.o.render, self.o.scene, "-q", "--camera-path", self.o.path, *options, *map(str, line)],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         if done.returncode:
             said = done.stderr.strip().splitlines()
             raise BadInput(said[-1] if said else f"{self.o.render} ended with status {done.returncode}")
@@ -116,8 +117,8 @@ class Runs:
             for key in ("render_s", "total_s"):
                 row[key] = statistics.median(rows[i][key] for rows in shared)
             if any(rows[i]["records_new"] != row["records_new"] for rows in shared):
-                raise BadInput(f"frame {row['frame']}: records differ from run to run of the same command: an error in the "
-                               "program, please report it")
+                raise BadInput(f"frame {row['frame']}: records differ from run to run of the same command: an error in "
+                               "the program, please report it")
         return {"shared": shared[0], **found}
 
     def rows(self, way, known=0):
