@@ -168,7 +168,8 @@ class Command(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             out = pathlib.Path(folder)
             done = self.run_tool("-o", folder, "--frames", "4-6", "--width", "64", "--quality", "draft",
-                                 "--reference-frames", "5", "--reference-spp", "64", "--ways", "shared,alone,handed,settled")
+                                 "--reference-frames", "5", "--reference-spp", "64",
+                                 "--ways", "shared,alone,handed,settled")
             self.assertEqual(done.returncode, 0, done.stderr)
             with open(out / "frames.csv") as f:
                 rows = list(csv.DictReader(f))

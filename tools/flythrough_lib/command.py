@@ -8,8 +8,8 @@ import sys
 
 from . import BadInput, flicker, report, runs
 
-DESCRIPTION = ("What does one cache for all frames of a camera's flight gain, and does it flicker? Renders the flight in "
-               "several ways.")
+DESCRIPTION = ("What does one cache for all frames of a camera's flight gain, and does it flicker? Renders the flight "
+               "in several ways.")
 EPILOG = f"""\
 Ways (--ways), each with the same options of `render`:
 

@@ -138,7 +138,7 @@ def compare(a, b):
 
 
 def error(x, a, b):
-    """Relative RMSE of x by two independent halves of a reference, whose noise cancels in (x - a)(x - b); NaN if that is
-    not positive: too small for them to tell."""
+    """Relative RMSE of x by two independent halves of a reference, whose noise cancels in (x - a)(x - b); NaN if that
+    is not positive: too small for them to tell."""
     square = float(((x - a).astype(float) * (x - b)).mean())
     return np.sqrt(square) / float((0.5 * (a.astype(float) + b)).mean()) if square > 0 else float("nan")

@@ -64,9 +64,9 @@ def plot(path, found, floor):
 
 
 def exposure_of(rgb):
-    """What is neither lamp nor its brightest reflection comes out in a middle grey."""
+    """What is neither lamp nor its brightest reflection comes out in a darker grey."""
     grey = rgb.mean(axis=-1)
-    return 0.22 / max(float(grey[grey <= np.quantile(grey, 0.8)].mean()), 1e-12)
+    return 0.12 / max(float(grey[grey <= np.quantile(grey, 0.8)].mean()), 1e-12)
 
 
 def small(rgb, width):

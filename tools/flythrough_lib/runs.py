@@ -49,8 +49,8 @@ class Runs:
         """CPU seconds."""
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         options = self.options if options is None else options
-        done = subprocess.run([self.o.render, self.o.scene, "-q", "--camera-path", self.o.path, *options, *map(str, line)],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        command = [self.o.render, self.o.scene, "-q", "--camera-path", self.o.path, *options, *map(str, line)]
+        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         if done.returncode:
             said = done.stderr.strip().splitlines()
             raise BadInput(said[-1] if said else f"{self.o.render} ended with status {done.returncode}")
