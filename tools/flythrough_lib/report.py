@@ -64,9 +64,9 @@ def plot(path, found, floor):
 
 
 def exposure_of(rgb):
-    """What is neither lamp nor its brightest reflection comes out in a darker grey."""
+    """What is neither lamp nor its brightest reflection comes out dark enough for white things not to burn out."""
     grey = rgb.mean(axis=-1)
-    return 0.12 / max(float(grey[grey <= np.quantile(grey, 0.8)].mean()), 1e-12)
+    return 0.08 / max(float(grey[grey <= np.quantile(grey, 0.8)].mean()), 1e-12)
 
 
 def small(rgb, width):
