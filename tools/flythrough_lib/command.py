@@ -15,7 +15,9 @@ Ways (--ways), each with the same options of `render`:
 
 {chr(10).join(f'  {name:<9} {what}' for name, what in runs.WAYS.items())}
 
-`shared` is rendered once more after each of the others; its median counts. On a machine that others use, pin it:
+`settled` shows the floor: records stand still, what is left is resampling, a pixel's own edges, and the few records that
+neighbour clamping uncovers. `shared` is rendered once more after each of the others; its median counts. Where others
+load the machine compare CPU seconds, of whole processes. On a machine that others use, pin it:
 taskset -c 0 tools/flythrough ... --threads 1. DIR holds
 
   frames.csv    a row a frame and way: seconds, records, flicker towards the next frame
@@ -74,8 +76,7 @@ def parse(arguments):
     add("--ways", type=ways, default=ways("shared,alone,seeds,settled"), metavar="LIST",
         help="of " + ", ".join(runs.WAYS) + "; shared always [shared,alone,seeds,settled]")
     add("--seed", type=int, default=0, help="first seed [0]")
-    add("--floor", action="store_true", help="also the flicker of the middle pair by --quality finest, two seeds: what "
-        "resampling alone amounts to, or little more")
+    add("--floor", action="store_true", help="also the flicker of the middle pair by --quality finest, a seed each")
     add("--reference-frames", type=frames, default=[], metavar="LIST", help="frames whose error is measured")
     add("--reference-spp", type=int, default=256, metavar="N", help="samples a pixel of each half of a reference [256]")
     add("--sheet-every", type=int, default=1, metavar="N", help="every N-th frame goes into the sheet [1]")
