@@ -15,9 +15,9 @@ Ways (--ways), each with the same options of `render`:
 
 {chr(10).join(f'  {name:<9} {what}' for name, what in runs.WAYS.items())}
 
-`settled` shows the floor: records stand still, what is left is resampling, a pixel's own edges, and the few records that
-neighbour clamping uncovers. `shared` is rendered once more after each of the others; its median counts. Where others
-load the machine compare CPU seconds, of whole processes. On a machine that others use, pin it:
+`settled` shows the floor: records stand still, what is left is resampling, a pixel's own edges, and the few records
+that neighbour clamping uncovers. `shared` is rendered once more after each of the others; its median counts. Where others
+load the machine compare CPU seconds, of whole processes, and pin them:
 taskset -c 0 tools/flythrough ... --threads 1. DIR holds
 
   frames.csv    a row a frame and way: seconds, records, flicker towards the next frame
