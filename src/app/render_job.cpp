@@ -153,13 +153,8 @@ void RenderJob::render_all() {
                 if (!whole_) drop_renderer(false);  // in the middle of it: what it knows is not certain
             }
             log.context(context_);
-            // A checkpoint between two frames is one of the frame before.
-            if (frames_.size() == 1 || !started_) {
-                frames_.erase(frames_.begin());
-            } else {
-                if (signal_received() != 0) throw Stopped{signal_received()};
-                frames_.erase(frames_.begin());
-            }
+            frames_.erase(frames_.begin());
+            if (!frames_.empty()) stop_if_told();
         }
     } catch (const Stopped&) {
         if (whole_ && checkpoints_->wanted()) {
@@ -188,6 +183,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     RenderResult result = [&] {
         try {
             make_renderer();
+            state_frame_ = frame;
             stages_ = std::make_unique<StageLog>(session_.log);
             if (!resumed) return renderer_->render(camera);
             Checkpoint checkpoint = std::move(*resumed);
@@ -209,7 +205,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
 void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {
     const bool each_frame = has_frame_place(o_.scene);
     if (!renderer_ || each_frame) {
-        if (session_.open(o, !o_.pack.empty(), [&] { drop_renderer(true); })) drop_renderer(true);
+        session_.open(o, !o_.pack.empty(), [&] { drop_renderer(true); });
         if (!o_.pack.empty()) {
             write_packed_scene(o_.pack, session_.scene());
             session_.log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
@@ -276,7 +272,10 @@ void RenderJob::save_checkpoint() {
 
 void RenderJob::state(Checkpoint& c) {
     std::string scene = scene_identity(session_.scene());
-    c(frames_)(failed_)(scene);
+    std::vector<int> frames = frames_;
+    // Between two frames, or while the next one is being loaded: its picture is written once more.
+    if (frames.empty() || frames.front() != state_frame_) frames.insert(frames.begin(), state_frame_);
+    c(frames)(failed_)(scene);
     renderer_->save(c);
 }
 

@@ -47,7 +47,8 @@ private:
     std::unique_ptr<CarriedRecords> records_;
     std::unique_ptr<Checkpoints> checkpoints_;
     std::optional<Image> reference_;
-    std::vector<int> frames_, failed_;  // to do, the one in work (or done last) first; failed
+    std::vector<int> frames_, failed_;  // to do, the one in work first; failed
+    int state_frame_ = 0;               // whose state the renderer has: the one in work, or done last
     bool many_;
     std::size_t done_ = 0;
     std::optional<CameraPath> path_;

@@ -105,7 +105,7 @@ Checkpoint Checkpoint::read(const std::string& path, const CheckpointIdentity& i
                 ", is " + value;
     }
     if (what.empty() && found.size() != identity.size()) what = "it was made with options that are not given";
-    if (!what.empty()) throw Error(path + ": checkpoint of another render: " + what);
+    if (!what.empty()) throw Error(path + ": checkpoint of another render: " + what + " (remove it to begin anew)");
     return in;
 }
 
