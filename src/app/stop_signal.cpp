@@ -7,18 +7,22 @@ namespace {
 
 volatile std::sig_atomic_t received = 0;
 
-extern "C" void remember(int signal) { received = signal; }
-
-}  // namespace
-
-void remember_signals() {
+void set_handlers(void (*handler)(int)) {
     struct sigaction action {};
-    action.sa_handler = remember;
+    action.sa_handler = handler;
     sigemptyset(&action.sa_mask);
-    action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one is obeyed
     sigaction(SIGTERM, &action, nullptr);
     sigaction(SIGINT, &action, nullptr);
 }
+
+extern "C" void remember(int signal) {
+    received = signal;
+    set_handlers(SIG_DFL);  // the second one is obeyed
+}
+
+}  // namespace
+
+void remember_signals() { set_handlers(remember); }
 
 int signal_received() { return received; }
 
