@@ -1,6 +1,5 @@
 #include "app/batch.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <new>
 #include <sstream>
@@ -8,6 +7,7 @@
 #include "app/batch_file.h"
 #include "app/help.h"
 #include "app/memory_option.h"
+#include "app/picture_output.h"
 #include "app/progress.h"
 #include "app/render_job.h"
 #include "irradia/Error.h"
@@ -33,13 +33,11 @@ Options parse_job(const BatchJob& job, const Options& run, std::string& what) {
 }
 
 bool finished(const Options& o) {
-    const auto there = [](const std::string& path) {
-        std::error_code ignored;
-        return std::filesystem::exists(path, ignored);
-    };
+    std::error_code ignored;
     if (o.overwrite || !o.frames.empty() || o.outputs.empty()) return false;  // frames are looked at one by one
+    const auto there = [&](const std::string& path) { return std::filesystem::exists(path, ignored); };
     if (!o.checkpoint.empty() && there(o.checkpoint)) return false;
-    return std::all_of(o.outputs.begin(), o.outputs.end(), there);
+    return results_there(o) && (o.save_records.empty() || there(o.save_records)) && (o.pack.empty() || there(o.pack));
 }
 
 }  // namespace

@@ -8,9 +8,26 @@
 #include "app/output.h"
 #include "app/session.h"
 #include "app/stats.h"
+#include "core/checksum.h"
+#include "core/input_file.h"
 #include "irradia/RecordFile.h"
 
 namespace irradia::app {
+
+namespace {
+
+/// Of a file's bytes: frames that are done were rendered by what it said then. "": no file.
+std::string bytes_text(const std::string& path) {
+    if (path.empty()) return "";
+    InputFile in(path);
+    std::vector<char> bytes(static_cast<std::size_t>(in.size()));
+    in.read(bytes.data(), bytes.size());
+    std::ostringstream out;
+    out << "checksum " << std::hex << checksum(bytes.data(), bytes.size());
+    return out.str();
+}
+
+}  // namespace
 
 CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
     CheckpointIdentity identity = {{"version", IRRADIA_VERSION},
@@ -18,6 +35,7 @@ CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
                                    {"device", device.description().name + ", " + device.description().driver},
                                    {"traversal", device.cpu_traversal() ? "cpu" : "gpu"},
                                    {"camera-path", o.camera_path},
+                                   {"camera-path's bytes", bytes_text(o.camera_path)},
                                    {"load-records", o.load_records},
                                    {"rfilter", o.rfilter},
                                    {"width", std::to_string(o.width)},

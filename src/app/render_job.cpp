@@ -1,7 +1,5 @@
 #include "app/render_job.h"
 
-#include <algorithm>
-#include <filesystem>
 #include <new>
 
 #include "app/frames.h"
@@ -39,19 +37,11 @@ Options RenderJob::of_frame(int frame) const {
     return o;
 }
 
-bool RenderJob::there(int frame) const {
-    const Options o = of_frame(frame);
-    return std::all_of(o.outputs.begin(), o.outputs.end(), [](const std::string& path) {
-        std::error_code ignored;
-        return std::filesystem::exists(path, ignored);
-    });
-}
-
 std::vector<int> RenderJob::frames_to_do() {
     if (!many_) return {0};
     const std::vector<int> all = shard_of(o_.frames, o_.shard, o_.shards);
     std::vector<int> missing, done;
-    for (const int frame : all) (!o_.overwrite && there(frame) ? done : missing).push_back(frame);
+    for (const int frame : all) (!o_.overwrite && results_there(of_frame(frame)) ? done : missing).push_back(frame);
     if (!done.empty())
         session_.log.info("left as they are, since their files are there (--overwrite): frames " + frames_text(done),
                           {{"skipped", done}});
@@ -76,7 +66,8 @@ int RenderJob::run() {
         return 0;
     }
     render_all();
-    if (const std::string what = records_->save(); !what.empty()) log.info(what, {{"output", o_.save_records}});
+    if (started_)  // nothing was rendered: the file, if it is there, may hold what an earlier run has found
+        if (const std::string what = records_->save(); !what.empty()) log.info(what, {{"output", o_.save_records}});
     checkpoints_->remove();
     if (!many_) {
         log.done(o_.outputs, now() - began_);
@@ -168,7 +159,12 @@ void RenderJob::render_all() {
         }
         throw;
     }
-    if (renderer_ && records_->set() != nullptr) renderer_->store(*records_->set());
+    RecordSet* const records = records_->set();
+    if (records == nullptr) return;
+    if (renderer_)
+        renderer_->store(*records);
+    else if (kept_)  // the last frames failed
+        *records = std::move(*kept_);
 }
 
 void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed) {
@@ -199,6 +195,8 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     whole_ = started_ = true;
     RecordSet* const records = records_->set();
     if (records != nullptr && !o.report.empty()) renderer_->store(*records);
+    // A frame that is there and no checkpoint: a run that is killed now would go on without the frame's records.
+    if (many_ && checkpoints_->wanted() && !checkpoints_->there()) try_checkpoint();
     write_results(o, session_, result, records, reference_, began);
 }
 
@@ -258,7 +256,10 @@ void RenderJob::at_rest(bool whole) {
         throw Stopped{signal_received()};
     }
     // Between the steps of a search, which come seldom, always.
-    if (!whole || !(checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) return;
+    if (whole && (checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) try_checkpoint();
+}
+
+void RenderJob::try_checkpoint() {
     try {
         save_checkpoint();
     } catch (const Error& error) {

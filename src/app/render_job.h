@@ -27,7 +27,6 @@ public:
 private:
     /// One frame's options: its files, its scene.
     [[nodiscard]] Options of_frame(int frame) const;
-    [[nodiscard]] bool there(int frame) const;
     std::vector<int> frames_to_do();
 
     void answer_points();
@@ -38,6 +37,7 @@ private:
     void drop_renderer(bool keep_records);
     void at_rest(bool whole);
     void save_checkpoint();
+    void try_checkpoint();  // says so if it fails
     void state(Checkpoint& checkpoint);
 
     Options o_;
