@@ -54,7 +54,8 @@ std::string scene_identity(const Scene& scene) {
     const RecordOrigin origin = record_origin(scene, RenderSettings{});
     std::ostringstream out;
     out << std::hex << "geometry " << origin.geometry << ", materials " << origin.materials << ", emitters "
-        << origin.emitters << std::dec << ", " << scene.info.width << " x " << scene.info.height << " pixels";
+        << origin.emitters << ", camera and film " << checksum(&scene.info, sizeof scene.info) << std::dec << ", "
+        << scene.info.width << " x " << scene.info.height << " pixels, " << scene.sample_count << " samples";
     return out.str();
 }
 

@@ -180,6 +180,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
         try {
             make_renderer();
             state_frame_ = frame;
+            if (checkpoints_->wanted()) state_scene_ = scene_identity(session_.scene());
             stages_ = std::make_unique<StageLog>(session_.log);
             if (!resumed) return renderer_->render(camera);
             Checkpoint checkpoint = std::move(*resumed);
@@ -272,11 +273,10 @@ void RenderJob::save_checkpoint() {
 }
 
 void RenderJob::state(Checkpoint& c) {
-    std::string scene = scene_identity(session_.scene());
     std::vector<int> frames = frames_;
     // Between two frames, or while the next one is being loaded: its picture is written once more.
     if (frames.empty() || frames.front() != state_frame_) frames.insert(frames.begin(), state_frame_);
-    c(frames)(failed_)(scene);
+    c(frames)(failed_)(state_scene_);
     renderer_->save(c);
 }
 

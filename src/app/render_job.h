@@ -49,6 +49,7 @@ private:
     std::optional<Image> reference_;
     std::vector<int> frames_, failed_;  // to do, the one in work first; failed
     int state_frame_ = 0;               // whose state the renderer has: the one in work, or done last
+    std::string state_scene_;           // scene_identity() of that frame's scene: the next one's may be open already
     bool many_;
     std::size_t done_ = 0;
     std::optional<CameraPath> path_;

@@ -60,7 +60,7 @@ protected:
     /// Long enough to be met in its middle; many short launches.
     [[nodiscard]] Arguments long_one(const std::string& output, const std::string& every) const {
         return {"scene.xml", "--method",  "path", "--width",      "128",   "--spp",
-                "600",       "--threads", "1",    "--checkpoint", "state", "--checkpoint-every",
+                "200",       "--threads", "1",    "--checkpoint", "state", "--checkpoint-every",
                 every,       "-o",        output};
     }
     /// Names of files that no one has asked for.
