@@ -34,8 +34,8 @@ def make_read_only(where):
 
 
 class Faults:
-    def __init__(self, args, table, folder, mounts):
-        self.args, self.table, self.folder, self.mounts = args, table, folder, mounts
+    def __init__(self, args, table, folder):
+        self.args, self.table, self.folder = args, table, folder
         self.cornell = os.path.join(args.scenes, "cornell-box.xml")
         self.small = ["--threads", "1", "--width", "32"]
 
@@ -269,7 +269,7 @@ def run(args):
     table = common.Table("What is said of faults, and whether all else was done.", ["fault", "said", "exit status", "as it must be"])
     with common.work_folder(args) as folder:
         mounts = own_mounts()
-        faults = Faults(args, table, folder, mounts)
+        faults = Faults(args, table, folder)
         if mounts:
             faults.full_disk()
             faults.read_only()

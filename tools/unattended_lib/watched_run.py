@@ -98,10 +98,12 @@ class Run:
         return self.positions[0][1] if self.positions else None
 
 
-def lost_seconds(before, after):
-    """Seconds of `before`, a run that was killed, that `after`, which went on from it, did again. None: nothing is known."""
+def done_again(before, after):
+    """Seconds of `before`, a run that was killed, that `after`, which went on from it, did again, less the launch with which
+    it began; and the longest time in them in which nothing was heard: a launch."""
     first = after.first()
-    if first is None:
-        return None
     again = [t for t, position in before.positions if position > first and t <= before.killed]
-    return before.killed - min(again) if again else 0.0
+    if not again:
+        return 0.0, 0.0
+    heard = [*again, before.killed]
+    return before.killed - again[0], max(b - a for a, b in zip(heard, heard[1:]))
