@@ -136,12 +136,11 @@ void RenderJob::render_all() {
                 render_frame(of_frame(frame), frame, resumed);
                 ++done_;
             } catch (const std::exception& error) {
-                if (!many_) throw;
+                if (!many_ || resumed) throw;  // a checkpoint that cannot be used is neither lost nor passed over
                 const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
                 log.error(memory ? out_of_memory_text() : error.what());
                 failed_.push_back(frame);
-                resumed.reset();
-                if (!whole_) drop_renderer(false);  // in the middle of it: what it knows is not certain
+                if (!whole_) drop_renderer();  // in the middle of it
             }
             log.context(context_);
             frames_.erase(frames_.begin());
@@ -204,7 +203,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
 void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {
     const bool each_frame = has_frame_place(o_.scene);
     if (!renderer_ || each_frame) {
-        session_.open(o, !o_.pack.empty(), [&] { drop_renderer(true); });
+        session_.open(o, !o_.pack.empty(), [&] { drop_renderer(); });
         if (!o_.pack.empty()) {
             write_packed_scene(o_.pack, session_.scene());
             session_.log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
@@ -241,11 +240,15 @@ void RenderJob::make_renderer() {
     }
 }
 
-void RenderJob::drop_renderer(bool keep_records) {
+void RenderJob::drop_renderer() {
     if (!renderer_) return;
-    if (keep_records && !searches(o_)) {
-        kept_.emplace();
-        renderer_->store(*kept_);
+    if (!searches(o_)) {
+        try {  // records are whole at any time, unless it is the device that has failed
+            renderer_->store(kept_.emplace());
+            check_records("records", *kept_);
+        } catch (const Error&) {
+            kept_.reset();
+        }
     }
     renderer_.reset();
     whole_ = false;

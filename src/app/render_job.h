@@ -34,7 +34,7 @@ private:
     void render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed);
     void open_scene(const Options& o, std::optional<Checkpoint>& resumed);
     void make_renderer();
-    void drop_renderer(bool keep_records);
+    void drop_renderer();  // keeps its records
     void at_rest(bool whole);
     void save_checkpoint();
     void try_checkpoint();  // says so if it fails
