@@ -38,6 +38,7 @@ CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
                                    {"camera-path's bytes", bytes_text(o.camera_path)},
                                    {"load-records", o.load_records},
                                    {"rfilter", o.rfilter},
+                                   {"exposure", std::to_string(o.exposure)},
                                    {"width", std::to_string(o.width)},
                                    {"height", std::to_string(o.height)},
                                    {"report", o.report.empty() ? "no" : "yes"},

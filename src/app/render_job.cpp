@@ -1,5 +1,6 @@
 #include "app/render_job.h"
 
+#include <algorithm>
 #include <new>
 
 #include "app/frames.h"
@@ -68,7 +69,7 @@ int RenderJob::run() {
     render_all();
     if (started_)  // nothing was rendered: the file, if it is there, may hold what an earlier run has found
         if (const std::string what = records_->save(); !what.empty()) log.info(what, {{"output", o_.save_records}});
-    checkpoints_->remove();
+    if (failed_.empty()) checkpoints_->remove();
     if (!many_) {
         log.done(o_.outputs, now() - began_);
         return 0;
@@ -76,8 +77,12 @@ int RenderJob::run() {
     std::string text = "frames: " + std::to_string(done_) + " rendered in " + time_text(now() - began_);
     if (!failed_.empty()) text += ", failed: " + frames_text(failed_);
     log.say(failed_.empty() ? Level::info : Level::error, text, {{"rendered", done_}, {"failed", failed_}});
+    if (!failed_.empty()) {
+        log.failed(text, kSomeFailed);
+        return kSomeFailed;
+    }
     log.done(o_.outputs, now() - began_);
-    return failed_.empty() ? 0 : kSomeFailed;
+    return 0;
 }
 
 /// --points: no picture, but irradiance.
@@ -120,6 +125,8 @@ void RenderJob::render_all() {
     if (checkpoints_->there()) {
         resumed.emplace(checkpoints_->read());
         (*resumed)(frames_)(failed_);
+        frames_.insert(frames_.end(), failed_.begin(), failed_.end());  // they have another chance
+        failed_.clear();
         log.info("going on from " + checkpoints_->path());
     } else {
         frames_ = frames_to_do();
@@ -134,11 +141,14 @@ void RenderJob::render_all() {
             }
             try {
                 render_frame(of_frame(frame), frame, resumed);
+                std::erase(failed_, frame);
                 ++done_;
             } catch (const std::exception& error) {
                 if (!many_ || resumed) throw;  // a checkpoint that cannot be used is neither lost nor passed over
                 const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-                log.error(memory ? out_of_memory_text() : error.what());
+                const std::string what = memory ? out_of_memory_text() : error.what();
+                log.error(what);
+                log.event("error", {{"message", what}, {"status", kBadInput}});
                 failed_.push_back(frame);
                 if (!whole_) drop_renderer();  // in the middle of it
             }
@@ -152,18 +162,27 @@ void RenderJob::render_all() {
                 save_checkpoint();
                 log.info("wrote " + checkpoints_->path() + ": the same command goes on from there",
                          {{"output", checkpoints_->path()}});
-            } catch (const Error& error) {
-                log.error(error.what());
+            } catch (const std::exception& error) {
+                log.error(checkpoints_->path() + ": not written: " + error.what());
             }
         }
         throw;
     }
+    if (!failed_.empty() && whole_ && checkpoints_->wanted()) {  // from which they can be rendered later on
+        frames_ = failed_;
+        try_checkpoint();
+        frames_.clear();
+    }
     RecordSet* const records = records_->set();
     if (records == nullptr) return;
-    if (renderer_)
+    if (renderer_) {
+        // Of another scene than the last one's, and unknown to it.
+        if (!record_mismatch(records->origin, record_origin(session_.scene(), settings_), true).empty())
+            records->radiance = {};
         renderer_->store(*records);
-    else if (kept_)  // the last frames failed
+    } else if (kept_) {  // the last frames failed
         *records = std::move(*kept_);
+    }
 }
 
 void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed) {
@@ -177,7 +196,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     whole_ = false;
     RenderResult result = [&] {
         try {
-            make_renderer();
+            make_renderer(resumed.has_value());
             state_frame_ = frame;
             if (checkpoints_->wanted()) state_scene_ = scene_identity(session_.scene());
             stages_ = std::make_unique<StageLog>(session_.log);
@@ -216,37 +235,44 @@ void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed)
         throw Error(checkpoints_->path() + ": checkpoint of another scene: found " + then + ", expected " + is);
 }
 
-void RenderJob::make_renderer() {
+// `resumed`: whatever records it is to have are in the checkpoint.
+void RenderJob::make_renderer(bool resumed) {
     if (renderer_) return;
+    RecordSet* const records = records_->set();
+    const bool loads = !resumed && !kept_ && !started_ && records != nullptr;
+    if (loads) records_->check(session_.scene());
     const shared::SceneInfo& info = session_.scene().info;
-    require_picture_memory(o_, info.width, info.height);
+    Options rendered = o_;
+    rendered.settings = settings_;
+    require_picture_memory(rendered, info.width, info.height);
     const std::uint64_t pixels = std::uint64_t{info.width} * info.height;
-    const ProgressCallback callback = [this, pixels](const Progress& p) {
+    const ProgressCallback callback = [this, pixels, rendered](const Progress& p) {
         (*stages_)(p);
-        check_memory(o_, pixels, "the render (" + p.stage + ")");
+        check_memory(rendered, pixels, "the render (" + p.stage + ")");
     };
     stages_ = std::make_unique<StageLog>(session_.log);
-    renderer_ = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);
-    renderer_->on_rest([this](bool whole) { at_rest(whole); });
+    auto renderer = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);
+    renderer->on_rest([this](bool whole) { at_rest(whole); });
     // Records of an earlier scene serve this one if it differs in nothing that they know.
-    if (kept_) {
+    if (kept_ && !resumed) {
         const bool radiance = settings_.method == Method::radiance && kept_->radiance.size() > 0;
         if (record_mismatch(kept_->origin, record_origin(session_.scene(), settings_), radiance).empty())
-            renderer_->load(*kept_);
-        kept_.reset();
-    } else if (RecordSet* const records = records_->set(); records != nullptr && !started_) {
-        records_->check(session_.scene());
-        renderer_->load(*records);
+            renderer->load(*kept_);
+    } else if (loads) {
+        renderer->load(*records);
     }
+    kept_.reset();
+    renderer_ = std::move(renderer);
 }
 
 void RenderJob::drop_renderer() {
     if (!renderer_) return;
     if (!searches(o_)) {
         try {  // records are whole at any time, unless it is the device that has failed
-            renderer_->store(kept_.emplace());
+            const RecordSet* const records = records_->set();
+            renderer_->store(records != nullptr ? kept_.emplace(*records) : kept_.emplace());
             check_records("records", *kept_);
-        } catch (const Error&) {
+        } catch (const std::exception&) {
             kept_.reset();
         }
     }
@@ -266,8 +292,9 @@ void RenderJob::at_rest(bool whole) {
 void RenderJob::try_checkpoint() {
     try {
         save_checkpoint();
-    } catch (const Error& error) {
-        session_.log.warn(error.what());  // the render itself is none the worse
+    } catch (const std::exception& error) {
+        // The render itself is none the worse.
+        session_.log.warn(checkpoints_->path() + ": not written: " + error.what());
     }
 }
 

@@ -33,7 +33,7 @@ private:
     void render_all();
     void render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed);
     void open_scene(const Options& o, std::optional<Checkpoint>& resumed);
-    void make_renderer();
+    void make_renderer(bool resumed);
     void drop_renderer();  // keeps its records
     void at_rest(bool whole);
     void save_checkpoint();

@@ -30,8 +30,10 @@ void remember_signals() {
     // them, and drivers abort the process over that.
     sigset_t signals;
     sigemptyset(&signals);
-    sigaddset(&signals, SIGTERM);
-    sigaddset(&signals, SIGINT);
+    for (const int signal : {SIGTERM, SIGINT}) {
+        struct sigaction now {};
+        if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler != SIG_IGN) sigaddset(&signals, signal);
+    }
     if (pthread_sigmask(SIG_BLOCK, &signals, nullptr) != 0) return;
     try {
         std::thread(wait_for, signals).detach();
