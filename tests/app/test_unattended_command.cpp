@@ -242,6 +242,58 @@ TEST_F(UnattendedCommand, JobsFailAlone) {
     EXPECT_EQ(text("good.pfm"), good);
 }
 
+TEST_F(UnattendedCommand, JobsShareNoFiles) {
+    write("jobs.json", R"({"defaults": {"width": 128, "method": "path", "spp": 100, "threads": 1, "checkpoint": "s",
+        "checkpoint-every": "0.2s"}, "jobs": [
+        {"name": "one", "scene": "scene.xml", "output": "one.pfm"},
+        {"name": "two", "scene": "scene.xml", "output": "two.pfm"},
+        {"name": "three", "scene": "scene.xml", "output": "one.pfm"}]})");
+    // The second job's checkpoint is its own: the first, which is done, asks for none.
+    ASSERT_EQ(render_until("s.two", SIGTERM, {"--batch", "jobs.json"}).status, 143);
+    EXPECT_TRUE(there("one.pfm") && there("s.two"));
+    const test::Outcome outcome = render({"--batch", "jobs.json"});
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_TRUE(says(outcome, "job three: one.pfm is written by job one, too")) << outcome.err;
+    EXPECT_TRUE(says(outcome, "going on from s.two")) << outcome.err;
+    EXPECT_TRUE(says(outcome, "jobs: 1 done in ")) << outcome.err;
+    EXPECT_EQ(litter({"jobs.json", "one.pfm", "two.pfm"}), std::vector<std::string>());
+}
+
+// A record file that is refused, or whose scene is not the last frame's, is never replaced.
+TEST_F(UnattendedCommand, RecordFilesAreNotLostToOtherScenes) {
+    ASSERT_EQ(render(with({"scene.xml", "-o", "a.pfm", "--save-records", "r", "--accuracy", "0.4"})).status, 0);
+    const std::string records = text("r");
+    test::Outcome outcome = render(with({"scene.xml", "--frames", "1-2", "-o", "b.#.pfm", "--load-records", "r",
+                                         "--save-records", "r", "--accuracy", "0.2"}));
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_TRUE(outcome.err.ends_with("failed: 1, 2\n")) << outcome.err;
+    EXPECT_EQ(text("r"), records);
+    std::string changed = text("scene.xml");
+    write("s.1.xml", changed);
+    write("s.2.xml", changed.replace(changed.find("0.61, 0.07"), 10, "0.62, 0.07"));
+    outcome = render(with({"s.#.xml", "--frames", "1-2", "-o", "c.#.pfm", "--load-records", "r", "--save-records", "r",
+                           "--accuracy", "0.4"}));
+    EXPECT_EQ(outcome.status, 1) << outcome.err;
+    EXPECT_TRUE(says(outcome, "r: left as it is: the last frame's scene is not that of its records")) << outcome.err;
+    EXPECT_TRUE(there("c.1.pfm") && there("c.2.pfm"));
+    EXPECT_EQ(text("r"), records);
+}
+
+// Frames that failed have another chance, from the checkpoint, with the records of the others.
+TEST_F(UnattendedCommand, FailedFramesKeepTheCheckpoint) {
+    for (const char* name : {"s.1.xml", "s.3.xml"}) write(name, text("scene.xml"));
+    const Arguments frames = with({"s.#.xml", "--frames", "1-3", "-o", "a.#.pfm", "--checkpoint", "state"});
+    EXPECT_EQ(render(frames).status, 3);
+    EXPECT_TRUE(there("state"));
+    const std::string third = text("a.3.pfm");
+    write("s.2.xml", text("scene.xml"));
+    const test::Outcome outcome = render(frames);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(there("a.2.pfm"));
+    EXPECT_EQ(text("a.3.pfm"), third);
+    EXPECT_FALSE(there("state"));
+}
+
 TEST_F(UnattendedCommand, SaysWhatIsWrongWithTheCommandLine) {
     const auto wrong = [&](const Arguments& arguments, const std::string& what) {
         expect_one_line(render(arguments), 2, "render", what);
@@ -255,6 +307,9 @@ TEST_F(UnattendedCommand, SaysWhatIsWrongWithTheCommandLine) {
     wrong({"scene.xml", "-o", "a.pfm", "--shard", "1/3"}, "--shard: expected --frames too");
     wrong({"scene.xml", "-o", "a.pfm", "--camera-path", "p.json"}, "--camera-path: expected --frames too");
     wrong({"scene.xml", "-o", "a.pfm", "--checkpoint", "c", "--checkpoint-every", "0s"}, "is not a time above 0");
+    wrong({"scene.xml", "-o", "c", "--checkpoint", "c"}, "--checkpoint c: is another option's file, too");
+    wrong({"scene.xml", "-o", "a.#.pfm", "--frames", "1-3", "--checkpoint", "a.2.pfm"}, "is another option's file");
+    wrong({"scene.xml", "-o", "a.pfm", "--load-records", "r", "--target-error", "2%"}, "--load-records: ");
     wrong({"scene.xml", "--batch", "jobs.json"}, "--batch: its jobs have scenes of their own");
     EXPECT_EQ(files(), 2u);
 }
