@@ -274,7 +274,7 @@ IR_FN float coat_transmittance(const SceneData* s, const Surface* f, float c) {
 #else
 #define is_glossy(f) false
 #define is_specular(f) false
-#define coat_of(f) 0u
+IR_FN uint coat_of(const Surface* f) { return 0u; }  // no constant: compilers warn of those, on stderr
 #define coat_transmittance(s, f, c) 1.0f
 #endif
 

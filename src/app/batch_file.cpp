@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/input_file.h"
+#include "core/one_line.h"
 #include "irradia/Error.h"
 
 namespace irradia::app {
@@ -26,7 +27,7 @@ struct Reader {
     const std::string& path;
 
     [[noreturn]] void fail(const std::string& field, const std::string& what) const {
-        throw Error(path + ": " + (field.empty() ? "" : field + ": ") + what);
+        throw Error(path + ": " + one_line((field.empty() ? "" : field + ": ") + what));
     }
     [[nodiscard]] static std::string found(const Json& value) {
         std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -81,10 +82,10 @@ Json parse(const std::string& path) {
     in.read(text.data(), text.size());
     try {
         return Json::parse(text);
-    } catch (const nlohmann::json::parse_error& error) {
-        const std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 3, ..."
+    } catch (const nlohmann::json::exception& error) {  // also of numbers out of range
+        const std::string what = error.what();          // "[json.exception.parse_error.101] parse error at line 3, ..."
         const std::size_t from = what.find("] ");
-        throw Error(path + ": " + (from == std::string::npos ? what : what.substr(from + 2)));
+        throw Error(path + ": " + one_line(from == std::string::npos ? what : what.substr(from + 2)));
     }
 }
 

@@ -95,6 +95,16 @@ std::string wrong_batch_options(const Options& o) {
                        ": expected one place for the frame's number in its name, as in a.####.exr";
     }
     if (!o.checkpoint.empty() && o.outputs.empty()) return "--checkpoint: nothing is rendered, expected -o FILE too";
+    if (!o.checkpoint.empty()) {
+        std::vector<std::string> others = {o.scene,        o.stats,        o.report,      o.pack,
+                                           o.save_records, o.load_records, o.camera_path, o.reference};
+        others.insert(others.end(), o.outputs.begin(), o.outputs.end());
+        for (const std::string& path : others) {
+            bool same = path == o.checkpoint;
+            for (const int frame : o.frames) same = same || frame_path(path, frame) == o.checkpoint;
+            if (same) return "--checkpoint " + o.checkpoint + ": is another option's file, too";
+        }
+    }
     if (!o.checkpoint.empty() && !o.points.empty()) return "--checkpoint: is for pictures, not for --points";
     return "";
 }

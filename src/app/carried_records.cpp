@@ -41,6 +41,11 @@ std::string CarriedRecords::save() {
     const std::string& path = options_.save_records;
     if (path.empty()) return "";
     std::error_code ignored;
+    if (!options_.force_records && !options_.load_records.empty() && set_.origin != loaded_.origin &&
+        std::filesystem::equivalent(path, options_.load_records, ignored))
+        throw Error(path +
+                    ": left as it is: the last frame's scene is not that of its records, expected another file for "
+                    "--save-records");
     const bool append =
         whole_ && set_.origin == loaded_.origin && std::filesystem::equivalent(path, options_.load_records, ignored) &&
         (loaded_.radiance.size() == 0 ||

@@ -8,9 +8,26 @@
 #include "app/output.h"
 #include "app/session.h"
 #include "app/stats.h"
+#include "core/checksum.h"
+#include "core/input_file.h"
 #include "irradia/RecordFile.h"
 
 namespace irradia::app {
+
+namespace {
+
+/// Of a file's bytes: frames that are done were rendered by what it said then. "": no file.
+std::string bytes_text(const std::string& path) {
+    if (path.empty()) return "";
+    InputFile in(path);
+    std::vector<char> bytes(static_cast<std::size_t>(in.size()));
+    in.read(bytes.data(), bytes.size());
+    std::ostringstream out;
+    out << "checksum " << std::hex << checksum(bytes.data(), bytes.size());
+    return out.str();
+}
+
+}  // namespace
 
 CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
     CheckpointIdentity identity = {{"version", IRRADIA_VERSION},
@@ -18,8 +35,10 @@ CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
                                    {"device", device.description().name + ", " + device.description().driver},
                                    {"traversal", device.cpu_traversal() ? "cpu" : "gpu"},
                                    {"camera-path", o.camera_path},
+                                   {"camera-path's bytes", bytes_text(o.camera_path)},
                                    {"load-records", o.load_records},
                                    {"rfilter", o.rfilter},
+                                   {"exposure", std::to_string(o.exposure)},
                                    {"width", std::to_string(o.width)},
                                    {"height", std::to_string(o.height)},
                                    {"report", o.report.empty() ? "no" : "yes"},
@@ -36,7 +55,8 @@ std::string scene_identity(const Scene& scene) {
     const RecordOrigin origin = record_origin(scene, RenderSettings{});
     std::ostringstream out;
     out << std::hex << "geometry " << origin.geometry << ", materials " << origin.materials << ", emitters "
-        << origin.emitters << std::dec << ", " << scene.info.width << " x " << scene.info.height << " pixels";
+        << origin.emitters << ", camera and film " << checksum(&scene.info, sizeof scene.info) << std::dec << ", "
+        << scene.info.width << " x " << scene.info.height << " pixels, " << scene.sample_count << " samples";
     return out.str();
 }
 

@@ -12,7 +12,7 @@ namespace irradia::app {
 /// Everything of a command line, and of the device, that the picture's bytes depend on.
 CheckpointIdentity checkpoint_identity(const Options& o, const Device& device);
 
-/// The scene, as text: hashes of what is in it, its film.
+/// The scene, as text: hashes of what is in it, of its camera and film.
 std::string scene_identity(const Scene& scene);
 
 class Checkpoints {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <filesystem>
 
 namespace irradia::app {
@@ -46,7 +47,7 @@ std::string read_frames(const std::string& given, std::vector<int>& frames) {
             }
         }
         if (last > most_frames) return "'" + given + "': frames end at " + std::to_string(most_frames);
-        for (int f = first; f <= last; f += step) frames.push_back(f);
+        for (std::int64_t f = first; f <= last; f += step) frames.push_back(static_cast<int>(f));
         if (at == end) break;
         if (*at++ != ',') return wrong;
     }

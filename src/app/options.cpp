@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstdlib>
-#include <functional>
-#include <iostream>
-#include <sstream>
+#include <ostream>
 
 #include "app/batch_options.h"
+#include "app/cache_options.h"
 #include "app/help.h"
 #include "app/log_options.h"
 #include "app/memory_option.h"
+#include "app/option_group.h"
 #include "app/output.h"
 #include "app/record_options.h"
 #ifndef IRRADIA_MINIMAL
@@ -19,146 +18,7 @@
 #endif
 
 namespace irradia::app {
-
-const Names<Method>& method_names() {
-    static const Names<Method> names = {{Method::irradiance, "irradiance"},
-                                        {Method::radiance, "radiance"},
-                                        {Method::gather, "gather"},
-                                        {Method::path, "path"}};
-    return names;
-}
-const Names<GradientRule>& gradient_names() {
-    static const Names<GradientRule> names = {
-        {GradientRule::none, "none"}, {GradientRule::ward, "ward"}, {GradientRule::crease, "crease"}};
-    return names;
-}
-const Names<RadiusRule>& radius_names() {
-    static const Names<RadiusRule> names = {
-        {RadiusRule::harmonic, "harmonic"}, {RadiusRule::minimum, "minimum"}, {RadiusRule::hessian, "hessian"}};
-    return names;
-}
-const Names<WeightRule>& weight_names() {
-    static const Names<WeightRule> names = {
-        {WeightRule::ward, "ward"}, {WeightRule::tabellion, "tabellion"}, {WeightRule::cubic, "cubic"}};
-    return names;
-}
-const Names<GlossyRule>& glossy_names() {
-    static const Names<GlossyRule> names = {{GlossyRule::automatic, "auto"},
-                                            {GlossyRule::samples, "samples"},
-                                            {GlossyRule::harmonics, "harmonics"},
-                                            {GlossyRule::traced, "traced"}};
-    return names;
-}
-const Names<DirectMis>& direct_mis_names() {
-    static const Names<DirectMis> names = {
-        {DirectMis::automatic, "auto"}, {DirectMis::on, "on"}, {DirectMis::off, "off"}};
-    return names;
-}
-const Names<Quality>& quality_names() {
-    static const Names<Quality> names = {
-        {Quality::draft, "draft"}, {Quality::medium, "medium"}, {Quality::fine, "fine"}, {Quality::finest, "finest"}};
-    return names;
-}
-
 namespace {
-
-std::string text(double value) {
-    std::ostringstream out;
-    out << value;
-    return out.str();
-}
-
-std::string join(const std::vector<std::string>& parts, const char* between) {
-    std::string out;
-    for (const std::string& part : parts) out += (out.empty() ? "" : between) + part;
-    return out;
-}
-
-/// Adds options to one group of --help.
-class Group {
-public:
-    Group(CLI::App& app, std::string name) : app_(app), name_(std::move(name)) {}
-
-    template <class T>
-    CLI::Option* value(const std::string& names, T& target, const std::string& unit, const std::string& help) {
-        return app_.add_option(names, target, help)->type_name(unit)->group(name_);
-    }
-
-    /// May be given several times, with one value each.
-    CLI::Option* list(const std::string& names, std::vector<std::string>& target, const std::string& unit,
-                      const std::string& help) {
-        return value(names, target, unit, help)->allow_extra_args(false);
-    }
-
-    template <class E>
-    CLI::Option* choice(const std::string& names, E& target, const Names<E>& values, const std::string& help) {
-        return chosen<E>(
-                   names, [&target](E v) { target = v; }, values, help)
-            ->default_str(name_of(values, target));
-    }
-
-    /// Hands the value chosen to `take`.
-    template <class E>
-    CLI::Option* chosen(const std::string& names, const std::function<void(E)>& take, const Names<E>& values,
-                        const std::string& help) {
-        std::vector<std::string> words;
-        for (const auto& [v, word] : values) words.push_back(word);
-        const std::string all = join(words, "|");
-        const auto check = [words, all](const std::string& given) {
-            return std::find(words.begin(), words.end(), given) != words.end() ? std::string()
-                                                                               : "'" + given + "' is not one of " + all;
-        };
-        const auto set = [take, &values](const std::string& given) {
-            for (const auto& [v, word] : values)
-                if (word == given) take(v);
-        };
-        return app_.add_option_function<std::string>(names, set, help)->check(check)->type_name(all)->group(name_);
-    }
-
-    CLI::Option* flag(const std::string& names, bool& target, const std::string& help) {
-        return app_.add_flag(names, target, help)->group(name_);
-    }
-
-    /// `--no-x`: clears `target`, which is on by default.
-    CLI::Option* off(const std::string& name, bool& target, const std::string& help) {
-        return app_
-            .add_flag_callback(
-                name, [&target] { target = false; }, help)
-            ->group(name_);
-    }
-
-private:
-    CLI::App& app_;
-    std::string name_;
-};
-
-// A check of one number; CLI11's own let "nan" pass.
-std::function<std::string(const std::string&)> number(const std::string& what,
-                                                      const std::function<bool(double)>& good) {
-    return [what, good](const std::string& given) {
-        char* end = nullptr;
-        const double value = std::strtod(given.c_str(), &end);
-        return end != given.c_str() && *end == '\0' && std::isfinite(value) && good(value)
-                   ? std::string()
-                   : "'" + given + "' is not a number " + what;
-    };
-}
-
-// "16x64" -> 16, 64.
-std::string read_hemisphere(const std::string& given, int& m, int& n) {
-    const char* const end = given.data() + given.size();
-    int rings = 0, sectors = 0;
-    const auto first = std::from_chars(given.data(), end, rings);
-    if (first.ec == std::errc() && first.ptr != end && (*first.ptr == 'x' || *first.ptr == 'X')) {
-        const auto second = std::from_chars(first.ptr + 1, end, sectors);
-        if (second.ec == std::errc() && second.ptr == end && rings > 0 && sectors > 0) {
-            m = rings;
-            n = sectors;
-            return "";
-        }
-    }
-    return "'" + given + "' is not MxN: two whole numbers above 0, for example 16x64";
-}
 
 // "2%" or "0.02" -> 0.02.
 std::string read_share(const std::string& given, float& share) {
@@ -243,7 +103,7 @@ void declare_rendering(CLI::App& app, Options& o) {
                "picture's mean (.01: 1 %), at least 16 and at most --spp; smooth pixels then cost little. 0: all take "
                "--spp")
         ->check(number("of at least 0", [](double x) { return x >= 0; }))
-        ->default_str(text(s.pixel_error));
+        ->default_str(option_text(s.pixel_error));
     picture
         .value("--max-depth", s.max_depth, "N",
                "Longest path, in edges: 1 emitters only, 2 and direct light, 3 and one bounce; -1 unlimited")
@@ -268,7 +128,7 @@ void declare_rendering(CLI::App& app, Options& o) {
         .value("--error-share", s.error_share, "SHARE",
                "Time for that, to the time that the picture took; intervals narrow with its root")
         ->check(number("above 0", [](double x) { return x > 0; }))
-        ->default_str(text(s.error_share));
+        ->default_str(option_text(s.error_share));
 
     app.add_option_function<std::string>(
            "--target-error", [&s](const std::string& given) { read_share(given, s.target_error); },
@@ -285,112 +145,6 @@ void declare_rendering(CLI::App& app, Options& o) {
                "With --target-error: stop there, with the best picture so far, and say what was reached. Without: the "
                "best picture that can be had in this time. The first, rough picture is always finished")
         ->check(number("above 0", [](double x) { return x > 0; }));
-
-    Group cache(app, "Irradiance caching");
-    cache
-        .value("--accuracy", s.accuracy, "A",
-               "Error allowed in interpolation, `a` of (1.8); records, and time, grow as 1/A^2")
-        ->check(number("above 0", [](double x) { return x > 0; }))
-        ->default_str(text(s.accuracy));
-    // --hemisphere also sets what --method gather computes at each sample.
-    app.add_option_function<std::string>(
-           "--hemisphere", [&s](const std::string& given) { read_hemisphere(given, s.hemisphere_m, s.hemisphere_n); },
-           "Directions of a hemisphere: M rings of N sectors, N near pi M; also for --method gather")
-        ->check([](const std::string& given) {
-            int m = 0, n = 0;
-            return read_hemisphere(given, m, n);
-        })
-        ->type_name("MxN")
-        ->default_str(std::to_string(s.hemisphere_m) + "x" + std::to_string(s.hemisphere_n))
-        ->group("Irradiance caching");
-    cache
-        .value("--overlap", s.overlap, "X",
-               "How much farther a record is used than the spacing at which records are placed: more are averaged, "
-               "which hides their noise, and smears more")
-        ->check(number("of at least 1", [](double x) { return x >= 1; }))
-        ->default_str(text(s.overlap));
-    cache.value("--min-spacing", s.min_spacing, "PIXELS", "Least radius of a record on the screen")
-        ->check(number("of at least 0", [](double x) { return x >= 0; }))
-        ->default_str(text(s.min_spacing));
-    cache.value("--max-spacing", s.max_spacing, "PIXELS", "Largest radius of a record on the screen")
-        ->check(number("above 0", [](double x) { return x > 0; }))
-        ->default_str(text(s.max_spacing));
-    cache.choice("--gradients", s.gradients, gradient_names(),
-                 "How irradiance is carried from a record to a point: none, Ward and Heckbert's translational "
-                 "gradient, or the crease rule");
-    cache.choice("--radius", s.radius, radius_names(),
-                 "How far a record reaches: harmonic mean distance (1.14), least distance (1.15), or from the second "
-                 "derivative of irradiance");
-    cache.choice(
-        "--weight", s.weight, weight_names(),
-        "Weight of a record over its distance: Ward's (1.8), Tabellion's (1.11), or a bell, which averages more "
-        "records and shows none as a spot");
-    cache.off("--no-neighbour-clamp", s.neighbour_clamp,
-              "Let a record reach further than its neighbours' radii and distances allow");
-    cache.off("--no-gradient-limit", s.gradient_limit, "Let a record reach further than E / |gradient|");
-    cache.off("--no-reach-limit", s.reach_limit,
-              "Let a record reach past the nearest surface that it sees: fewer records, and leaks through thin walls");
-    cache.off("--no-in-front", s.in_front, "Use records that lie in front of the point (1.10)");
-    cache.choice(
-        "--direct-mis", s.direct_mis, direct_mis_names(),
-        "Direct light by light samples alone (off), or by BSDF samples too (on): less grain where one of several "
-        "lights is near; auto: on if the scene has several");
-    cache.off("--no-grid", s.grid,
-              "Let hemisphere rays go on as paths instead of asking the irradiance grid for their second bounce: "
-              "unbiased, slower, and noisier");
-    cache.value("--grid-paths", s.grid_paths, "N", "Paths that fill the irradiance grid; its noise falls as 1/sqrt(N)")
-        ->check(CLI::Range(1, 1 << 28))
-        ->default_str(std::to_string(s.grid_paths));
-    cache
-        .value("--firefly", s.firefly, "X",
-               "Gradients take no direction as brighter than X times the mean of its hemisphere; 0: no limit")
-        ->check(number("of at least 0", [](double x) { return x >= 0; }))
-        ->default_str(text(s.firefly));
-    cache.off("--no-share-lookups", s.share_lookups,
-              "Look into the cache for every sample, not once for the samples of a pixel on one smooth patch");
-}
-
-void declare_radiance(CLI::App& app, RenderSettings& s) {
-    Group cache(app, "Radiance caching (--method radiance)");
-    cache.choice("--glossy", s.glossy, glossy_names(),
-                 "What answers for the lobes of rough conductors and rough plastics: records of hemispheres' samples, "
-                 "records of hemispherical harmonics, or rays that follow the lobe and end in the irradiance cache; "
-                 "auto: by roughness");
-    const auto roughness = number("from 0 to 1", [](double x) { return x >= 0 && x <= 1; });
-    cache.value("--trace-below", s.trace_below, "ALPHA", "Lobes of less roughness are traced")
-        ->check(roughness)
-        ->default_str(text(s.trace_below));
-    cache
-        .value("--glossy-share", s.glossy_share, "X",
-               "Lobes that reflect less than X of all that their surface reflects are traced: faint coats")
-        ->check(number("from 0 to 1", [](double x) { return x >= 0 && x <= 1; }))
-        ->default_str(text(s.glossy_share));
-    cache
-        .value("--harmonics-from", s.harmonics_from, "ALPHA",
-               "auto: lobes of at least this roughness are answered by harmonics; above 1: none")
-        ->check(number("from 0 to 2", [](double x) { return x >= 0 && x <= 2; }))
-        ->default_str(text(s.harmonics_from));
-    cache.value("--order", s.harmonics_order, "N", "Bands of the harmonics: N^2 coefficients a channel")
-        ->check(CLI::Range(1, largest_harmonics_order))
-        ->default_str(std::to_string(s.harmonics_order));
-    cache.value("--lobe-table", s.lobe_table, "N", "Entries of each lobe's table over the angle of the view")
-        ->check(CLI::Range(4, 1024))
-        ->default_str(std::to_string(s.lobe_table));
-    cache
-        .value("--glossy-accuracy", s.glossy_accuracy, "A",
-               "Reach of a radiance record over the mean distance of what it sees; records grow as 1/A^2")
-        ->check(number("above 0", [](double x) { return x > 0; }))
-        ->default_str(text(s.glossy_accuracy));
-    cache
-        .value("--glossy-reach", s.glossy_reach, "ALPHA",
-               "Harmonics: lobes of less roughness use records less far, by the root of the ratio")
-        ->check(roughness)
-        ->default_str(text(s.glossy_reach));
-    cache
-        .value("--glossy-spread", s.glossy_spread, "X",
-               "Radiance records whose answers differ by more than X of their mean get another between them; 0: never")
-        ->check(number("of at least 0", [](double x) { return x >= 0; }))
-        ->default_str(text(s.glossy_spread));
 }
 
 void declare_device(CLI::App& app, Options& o, std::string& traversal) {
@@ -451,7 +205,7 @@ int parse_options(int argc, const char* const* argv, Options& o, std::ostream& e
     std::string traversal = "auto";
     declare_files(app, o, defines);
     declare_rendering(app, o);
-    declare_radiance(app, o.settings);
+    declare_caches(app, o.settings);
     declare_batch(app, o);
     declare_device(app, o, traversal);
     declare_memory(app, o);
@@ -477,8 +231,8 @@ int parse_options(int argc, const char* const* argv, Options& o, std::ostream& e
     }
     RenderSettings& s = o.settings;
     if (s.min_spacing > s.max_spacing)
-        return complain("--min-spacing " + text(s.min_spacing) + " is larger than --max-spacing " +
-                        text(s.max_spacing));
+        return complain("--min-spacing " + option_text(s.min_spacing) + " is larger than --max-spacing " +
+                        option_text(s.max_spacing));
     if (std::find(s.aovs.begin(), s.aovs.end(), "all") != s.aovs.end()) s.aovs = aov_names();
     o.device.traversal = traversal == "auto" ? "" : traversal;
     return -1;

@@ -1,5 +1,7 @@
 #include "app/picture_output.h"
 
+#include <algorithm>
+#include <filesystem>
 #include <sstream>
 
 #include "app/error_text.h"
@@ -69,6 +71,14 @@ void check_outputs(const Options& o, Log& log) {
     if (!o.report.empty()) check_report(o.report);
 #endif
     if (!o.settings.aovs.empty() && !exr && !o.outputs.empty()) log.warn("--aov: only .exr files hold layers");
+}
+
+bool results_there(const Options& o) {
+    const auto there = [](const std::string& path) {
+        std::error_code ignored;
+        return path.empty() || std::filesystem::exists(path, ignored);
+    };
+    return std::all_of(o.outputs.begin(), o.outputs.end(), there) && there(o.stats) && there(o.report);
 }
 
 std::optional<Image> open_reference(const Options& o) {

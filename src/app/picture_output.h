@@ -12,6 +12,8 @@ namespace irradia::app {
 
 /// Throws Error for files of `o` that could not be written: found now, not after an hour of rendering.
 void check_outputs(const Options& o, Log& log);
+/// Are all files there that write_results() makes?
+bool results_there(const Options& o);
 /// What --reference names, if anything. Throws Error: unreadable.
 std::optional<Image> open_reference(const Options& o);
 /// Throws Error if there is a reference and it is not of the scene's size.

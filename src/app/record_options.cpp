@@ -34,6 +34,9 @@ std::string wrong_record_options(const Options& o) {
         return given + ": --method " + name_of(method_names(), o.settings.method) +
                " has no records, expected irradiance or radiance";
     if (!given.empty() && o.outputs.empty()) return given + ": nothing is rendered, expected -o FILE too";
+    if (!o.load_records.empty() && (o.settings.target_error > 0 || o.settings.time_limit > 0))
+        return "--load-records: its records are for settings as they were made with, found --target-error or "
+               "--time-limit, which choose them";
     if (o.force_records && o.load_records.empty()) return "--force-records: expected --load-records FILE too";
     if (!o.points.empty() && !o.stats.empty()) return "--points: has no --stats, which are a picture's";
     for (const std::string& path : o.outputs)

@@ -1,7 +1,6 @@
 #include "app/render_job.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <new>
 
 #include "app/frames.h"
@@ -39,19 +38,11 @@ Options RenderJob::of_frame(int frame) const {
     return o;
 }
 
-bool RenderJob::there(int frame) const {
-    const Options o = of_frame(frame);
-    return std::all_of(o.outputs.begin(), o.outputs.end(), [](const std::string& path) {
-        std::error_code ignored;
-        return std::filesystem::exists(path, ignored);
-    });
-}
-
 std::vector<int> RenderJob::frames_to_do() {
     if (!many_) return {0};
     const std::vector<int> all = shard_of(o_.frames, o_.shard, o_.shards);
     std::vector<int> missing, done;
-    for (const int frame : all) (!o_.overwrite && there(frame) ? done : missing).push_back(frame);
+    for (const int frame : all) (!o_.overwrite && results_there(of_frame(frame)) ? done : missing).push_back(frame);
     if (!done.empty())
         session_.log.info("left as they are, since their files are there (--overwrite): frames " + frames_text(done),
                           {{"skipped", done}});
@@ -76,8 +67,9 @@ int RenderJob::run() {
         return 0;
     }
     render_all();
-    if (const std::string what = records_->save(); !what.empty()) log.info(what, {{"output", o_.save_records}});
-    checkpoints_->remove();
+    if (started_)  // nothing was rendered: the file, if it is there, may hold what an earlier run has found
+        if (const std::string what = records_->save(); !what.empty()) log.info(what, {{"output", o_.save_records}});
+    if (failed_.empty()) checkpoints_->remove();
     if (!many_) {
         log.done(o_.outputs, now() - began_);
         return 0;
@@ -85,8 +77,12 @@ int RenderJob::run() {
     std::string text = "frames: " + std::to_string(done_) + " rendered in " + time_text(now() - began_);
     if (!failed_.empty()) text += ", failed: " + frames_text(failed_);
     log.say(failed_.empty() ? Level::info : Level::error, text, {{"rendered", done_}, {"failed", failed_}});
+    if (!failed_.empty()) {
+        log.failed(text, kSomeFailed);
+        return kSomeFailed;
+    }
     log.done(o_.outputs, now() - began_);
-    return failed_.empty() ? 0 : kSomeFailed;
+    return 0;
 }
 
 /// --points: no picture, but irradiance.
@@ -129,6 +125,8 @@ void RenderJob::render_all() {
     if (checkpoints_->there()) {
         resumed.emplace(checkpoints_->read());
         (*resumed)(frames_)(failed_);
+        frames_.insert(frames_.end(), failed_.begin(), failed_.end());  // they have another chance
+        failed_.clear();
         log.info("going on from " + checkpoints_->path());
     } else {
         frames_ = frames_to_do();
@@ -143,23 +141,20 @@ void RenderJob::render_all() {
             }
             try {
                 render_frame(of_frame(frame), frame, resumed);
+                std::erase(failed_, frame);
                 ++done_;
             } catch (const std::exception& error) {
-                if (!many_) throw;
+                if (!many_ || resumed) throw;  // a checkpoint that cannot be used is neither lost nor passed over
                 const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-                log.error(memory ? out_of_memory_text() : error.what());
+                const std::string what = memory ? out_of_memory_text() : error.what();
+                log.error(what);
+                log.event("error", {{"message", what}, {"status", kBadInput}});
                 failed_.push_back(frame);
-                resumed.reset();
-                if (!whole_) drop_renderer(false);  // in the middle of it: what it knows is not certain
+                if (!whole_) drop_renderer();  // in the middle of it
             }
             log.context(context_);
-            // A checkpoint between two frames is one of the frame before.
-            if (frames_.size() == 1 || !started_) {
-                frames_.erase(frames_.begin());
-            } else {
-                if (signal_received() != 0) throw Stopped{signal_received()};
-                frames_.erase(frames_.begin());
-            }
+            frames_.erase(frames_.begin());
+            if (!frames_.empty()) stop_if_told();
         }
     } catch (const Stopped&) {
         if (whole_ && checkpoints_->wanted()) {
@@ -167,13 +162,27 @@ void RenderJob::render_all() {
                 save_checkpoint();
                 log.info("wrote " + checkpoints_->path() + ": the same command goes on from there",
                          {{"output", checkpoints_->path()}});
-            } catch (const Error& error) {
-                log.error(error.what());
+            } catch (const std::exception& error) {
+                log.error(checkpoints_->path() + ": not written: " + error.what());
             }
         }
         throw;
     }
-    if (renderer_ && records_->set() != nullptr) renderer_->store(*records_->set());
+    if (!failed_.empty() && whole_ && checkpoints_->wanted()) {  // from which they can be rendered later on
+        frames_ = failed_;
+        try_checkpoint();
+        frames_.clear();
+    }
+    RecordSet* const records = records_->set();
+    if (records == nullptr) return;
+    if (renderer_) {
+        // Of another scene than the last one's, and unknown to it.
+        if (!record_mismatch(records->origin, record_origin(session_.scene(), settings_), true).empty())
+            records->radiance = {};
+        renderer_->store(*records);
+    } else if (kept_) {  // the last frames failed
+        *records = std::move(*kept_);
+    }
 }
 
 void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed) {
@@ -187,7 +196,9 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     whole_ = false;
     RenderResult result = [&] {
         try {
-            make_renderer();
+            make_renderer(resumed.has_value());
+            state_frame_ = frame;
+            if (checkpoints_->wanted()) state_scene_ = scene_identity(session_.scene());
             stages_ = std::make_unique<StageLog>(session_.log);
             if (!resumed) return renderer_->render(camera);
             Checkpoint checkpoint = std::move(*resumed);
@@ -203,13 +214,15 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     whole_ = started_ = true;
     RecordSet* const records = records_->set();
     if (records != nullptr && !o.report.empty()) renderer_->store(*records);
+    // A frame that is there and no checkpoint: a run that is killed now would go on without the frame's records.
+    if (many_ && checkpoints_->wanted() && !checkpoints_->there()) try_checkpoint();
     write_results(o, session_, camera, result, records, reference_, began);
 }
 
 void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {
     const bool each_frame = has_frame_place(o_.scene);
     if (!renderer_ || each_frame) {
-        if (session_.open(o, !o_.pack.empty(), [&] { drop_renderer(true); })) drop_renderer(true);
+        session_.open(o, !o_.pack.empty(), [&] { drop_renderer(); });
         if (!o_.pack.empty()) {
             write_packed_scene(o_.pack, session_.scene());
             session_.log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
@@ -222,35 +235,46 @@ void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed)
         throw Error(checkpoints_->path() + ": checkpoint of another scene: found " + then + ", expected " + is);
 }
 
-void RenderJob::make_renderer() {
+// `resumed`: whatever records it is to have are in the checkpoint.
+void RenderJob::make_renderer(bool resumed) {
     if (renderer_) return;
+    RecordSet* const records = records_->set();
+    const bool loads = !resumed && !kept_ && !started_ && records != nullptr;
+    if (loads) records_->check(session_.scene());
     const shared::SceneInfo& info = session_.scene().info;
-    require_picture_memory(o_, info.width, info.height);
+    Options rendered = o_;
+    rendered.settings = settings_;
+    require_picture_memory(rendered, info.width, info.height);
     const std::uint64_t pixels = std::uint64_t{info.width} * info.height;
-    const ProgressCallback callback = [this, pixels](const Progress& p) {
+    const ProgressCallback callback = [this, pixels, rendered](const Progress& p) {
         (*stages_)(p);
-        check_memory(o_, pixels, "the render (" + p.stage + ")");
+        check_memory(rendered, pixels, "the render (" + p.stage + ")");
     };
     stages_ = std::make_unique<StageLog>(session_.log);
-    renderer_ = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);
-    renderer_->on_rest([this](bool whole) { at_rest(whole); });
+    auto renderer = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);
+    renderer->on_rest([this](bool whole) { at_rest(whole); });
     // Records of an earlier scene serve this one if it differs in nothing that they know.
-    if (kept_) {
+    if (kept_ && !resumed) {
         const bool radiance = settings_.method == Method::radiance && kept_->radiance.size() > 0;
         if (record_mismatch(kept_->origin, record_origin(session_.scene(), settings_), radiance).empty())
-            renderer_->load(*kept_);
-        kept_.reset();
-    } else if (RecordSet* const records = records_->set(); records != nullptr && !started_) {
-        records_->check(session_.scene());
-        renderer_->load(*records);
+            renderer->load(*kept_);
+    } else if (loads) {
+        renderer->load(*records);
     }
+    kept_.reset();
+    renderer_ = std::move(renderer);
 }
 
-void RenderJob::drop_renderer(bool keep_records) {
+void RenderJob::drop_renderer() {
     if (!renderer_) return;
-    if (keep_records && !searches(o_)) {
-        kept_.emplace();
-        renderer_->store(*kept_);
+    if (!searches(o_)) {
+        try {  // records are whole at any time, unless it is the device that has failed
+            const RecordSet* const records = records_->set();
+            renderer_->store(records != nullptr ? kept_.emplace(*records) : kept_.emplace());
+            check_records("records", *kept_);
+        } catch (const std::exception&) {
+            kept_.reset();
+        }
     }
     renderer_.reset();
     whole_ = false;
@@ -262,11 +286,15 @@ void RenderJob::at_rest(bool whole) {
         throw Stopped{signal_received()};
     }
     // Between the steps of a search, which come seldom, always.
-    if (!whole || !(checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) return;
+    if (whole && (checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) try_checkpoint();
+}
+
+void RenderJob::try_checkpoint() {
     try {
         save_checkpoint();
-    } catch (const Error& error) {
-        session_.log.warn(error.what());  // the render itself is none the worse
+    } catch (const std::exception& error) {
+        // The render itself is none the worse.
+        session_.log.warn(checkpoints_->path() + ": not written: " + error.what());
     }
 }
 
@@ -275,8 +303,10 @@ void RenderJob::save_checkpoint() {
 }
 
 void RenderJob::state(Checkpoint& c) {
-    std::string scene = scene_identity(session_.scene());
-    c(frames_)(failed_)(scene);
+    std::vector<int> frames = frames_;
+    // Between two frames, or while the next one is being loaded: its picture is written once more.
+    if (frames.empty() || frames.front() != state_frame_) frames.insert(frames.begin(), state_frame_);
+    c(frames)(failed_)(state_scene_);
     renderer_->save(c);
 }
 

@@ -27,17 +27,17 @@ public:
 private:
     /// One frame's options: its files, its scene.
     [[nodiscard]] Options of_frame(int frame) const;
-    [[nodiscard]] bool there(int frame) const;
     std::vector<int> frames_to_do();
 
     void answer_points();
     void render_all();
     void render_frame(const Options& o, int frame, std::optional<Checkpoint>& resumed);
     void open_scene(const Options& o, std::optional<Checkpoint>& resumed);
-    void make_renderer();
-    void drop_renderer(bool keep_records);
+    void make_renderer(bool resumed);
+    void drop_renderer();  // keeps its records
     void at_rest(bool whole);
     void save_checkpoint();
+    void try_checkpoint();  // says so if it fails
     void state(Checkpoint& checkpoint);
 
     Options o_;
@@ -47,7 +47,9 @@ private:
     std::unique_ptr<CarriedRecords> records_;
     std::unique_ptr<Checkpoints> checkpoints_;
     std::optional<Image> reference_;
-    std::vector<int> frames_, failed_;  // to do, the one in work (or done last) first; failed
+    std::vector<int> frames_, failed_;  // to do, the one in work first; failed
+    int state_frame_ = 0;               // whose state the renderer has: the one in work, or done last
+    std::string state_scene_;           // scene_identity() of that frame's scene: the next one's may be open already
     bool many_;
     std::size_t done_ = 0;
     std::optional<CameraPath> path_;

@@ -92,7 +92,7 @@ Scene Session::load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts
 #endif
 }
 
-bool Session::open(const Options& o, bool both_layouts, const std::function<void()>& leave) {
+void Session::open(const Options& o, bool both_layouts, const std::function<void()>& leave) {
     stop_if_told();
     const AccelLayouts layouts = both_layouts || !device_   ? AccelLayouts::both
                                  : device_->cpu_traversal() ? AccelLayouts::bvh8
@@ -110,11 +110,10 @@ bool Session::open(const Options& o, bool both_layouts, const std::function<void
         scene_->info.camera = fresh.info.camera;
         scene_->accel = std::move(fresh.accel);
         scene_->source = fresh.source;
-        return false;
+        return;
     }
     if (leave) leave();
     scene_ = std::make_unique<Scene>(std::move(fresh));
-    return true;
 }
 
 }  // namespace irradia::app

@@ -29,10 +29,10 @@ public:
     Device& device(const DeviceOptions& options);
 
     /// Loads o.scene in place of the last scene; files that it has read before are not read again, and the hierarchy is
-    /// built only if geometry has changed. Says what was loaded. False: it is, but for its camera, the last scene,
-    /// which stays where it is and has the new camera. Otherwise whoever refers to the last scene must let go of it:
-    /// `leave` is called before that.
-    bool open(const Options& o, bool both_layouts, const std::function<void()>& leave = {});
+    /// built only if geometry has changed. Says what was loaded. If it is the last scene but for its camera, that one
+    /// stays where it is and has the new camera. Otherwise whoever refers to the last scene has to let go of it when
+    /// `leave` is called.
+    void open(const Options& o, bool both_layouts, const std::function<void()>& leave = {});
     [[nodiscard]] Scene& scene() { return *scene_; }
     [[nodiscard]] const Phases& load_phases() const { return phases_; }
     [[nodiscard]] std::uint64_t load_peak_bytes() const { return load_peak_bytes_; }

@@ -213,7 +213,6 @@ std::vector<std::pair<std::string, std::string>> settings_texts(const Options& o
         out.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
     out.emplace_back("report_error", o.settings.report_error ? "true" : "false");
     out.emplace_back("target_error", number(static_cast<double>(o.settings.target_error)));
-    out.emplace_back("time_limit", number(static_cast<double>(o.settings.time_limit)));
     return out;
 }
 

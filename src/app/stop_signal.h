@@ -8,7 +8,8 @@ struct Stopped {
     int signal;
 };
 
-/// From now on the first SIGTERM or SIGINT is remembered; a second one ends the process at once, as it would have.
+/// From now on the first SIGTERM or SIGINT is remembered; a second one ends the process at once, as it would have. To
+/// be called before there are other threads.
 void remember_signals();
 /// The signal that has come; 0: none.
 int signal_received();

@@ -4,6 +4,7 @@
 #include "core/aside_file.h"
 #include "core/checksum.h"
 #include "core/input_file.h"
+#include "core/one_line.h"
 #include "irradia/Checkpoint.h"
 #include "irradia/Error.h"
 
@@ -105,7 +106,8 @@ Checkpoint Checkpoint::read(const std::string& path, const CheckpointIdentity& i
                 ", is " + value;
     }
     if (what.empty() && found.size() != identity.size()) what = "it was made with options that are not given";
-    if (!what.empty()) throw Error(path + ": checkpoint of another render: " + what);
+    if (!what.empty())
+        throw Error(path + ": checkpoint of another render: " + one_line(what) + " (remove it to begin anew)");
     return in;
 }
 

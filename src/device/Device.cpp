@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/memory.h"
+#include "device/driver_cache.h"
 #include "device/kernel_source.h"
 #include "device/program_cache.h"
 #include "device/session.h"
@@ -181,6 +182,7 @@ struct Device::Impl {
             time();
             return program;
         }
+        device::check_driver_cache(session->device.description);
         const char* source = text.c_str();
         const std::size_t length = text.size();
         cl_int status = CL_SUCCESS;

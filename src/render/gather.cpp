@@ -22,8 +22,8 @@ void render_gather(Run& run, Film& film, SamplePosition& at) {
     Buffer values = run.device.allocate(chunk * sizeof(shared::RecordValue));
     std::vector<float> sums(chunk * film.channels());
     std::vector<shared::ShadingPoint> host_points(chunk);
-    const double total = static_cast<double>(film.pixels()) * (run.spp() - at.sample);
-    double done = static_cast<double>(at.pixel);
+    const double total = static_cast<double>(film.pixels()) * run.spp();
+    double done = static_cast<double>(film.pixels()) * at.sample + static_cast<double>(at.pixel);
     for (; at.sample < run.spp(); ++at.sample) {
         while (at.pixel < film.pixels()) {
             run.rest();

@@ -58,7 +58,13 @@ void IrradianceGrid::fill() {
     // A path leaves up to 8 estimates, mostly in cells that others have been to. A full table is filled anew, larger.
     std::size_t slots = std::bit_ceil(
         std::clamp<std::size_t>(static_cast<std::size_t>(run_.settings.grid_paths), 1u << 10, 1u << 20) * 2);
-    while (!try_fill(slots)) slots *= 2;
+    const shared::GridParameters before = parameters_;
+    try {
+        while (!try_fill(slots)) slots *= 2;
+    } catch (...) {  // the old cells are still there
+        parameters_ = before;
+        throw;
+    }
 }
 
 void IrradianceGrid::announce() { on_ = run_.settings.grid && run_.settings.max_depth < 0; }

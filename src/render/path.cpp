@@ -17,8 +17,9 @@ void render_path(Run& run, Film& film, SamplePosition& at) {
         std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
     std::vector<float> sums(chunk * film.channels());
-    const double total = static_cast<double>(film.pixels()) * (run.spp() - at.sample);
-    double done = static_cast<double>(at.pixel);
+    const double total = static_cast<double>(film.pixels()) * run.spp();
+    double done = static_cast<double>(film.pixels()) * at.sample +
+                  static_cast<double>(at.pixel) * std::min(samples_a_launch, run.spp() - at.sample);
     while (at.sample < run.spp()) {
         const std::uint32_t samples = std::min(samples_a_launch, run.spp() - at.sample);
         while (at.pixel < film.pixels()) {

@@ -52,7 +52,7 @@ void Run::clear_statistics() {
 void Run::set_camera(const shared::Camera& camera) {
     shared::SceneInfo info = scene.info;
     info.camera = camera_ = camera;
-    info_ = device.upload(&info, sizeof info);
+    device.write(info_, &info, sizeof info);
 }
 
 void Run::restart() {

@@ -22,6 +22,7 @@ TEST(Frames, ListsAreRead) {
     EXPECT_EQ(frames("7"), (std::vector<int>{7}));
     EXPECT_EQ(frames("0-3"), (std::vector<int>{0, 1, 2, 3}));
     EXPECT_EQ(frames("1-10x4"), (std::vector<int>{1, 5, 9}));
+    EXPECT_EQ(frames("5-10x2147483647"), (std::vector<int>{5}));
     EXPECT_EQ(frames("9,1-3,2-4"), (std::vector<int>{1, 2, 3, 4, 9}));
     for (const char* text : {"", "a", "3-1", "1-", "-1", "1,,2", "1-5x0", "1-5x", "1 - 5", "1-5,", "1-99999999"}) {
         std::vector<int> out;
@@ -101,6 +102,8 @@ TEST_F(BatchFile, WhatIsWrongIsNamed) {
         EXPECT_EQ(complaint(text).find('\n'), std::string::npos);
     };
     expect("{", "jobs.json: parse error at line 1");
+    expect(R"({"jobs": [1e999]})", "number overflow");
+    expect("{\"a\\nb\": 1}", "unknown key 'a?b'");
     expect("[]", "found [], expected an object");
     expect("{}", "jobs: expected a list");
     expect(R"({"jobs": []})", "jobs: expected a list");
