@@ -106,8 +106,8 @@ RenderSettings render_settings(const Options& o) {
     return settings;
 }
 
-void write_results(const Options& o, Session& session, RenderResult& result, const RecordSet* records,
-                   const std::optional<Image>& reference, double began) {
+void write_results(const Options& o, Session& session, const shared::Camera& camera, RenderResult& result,
+                   const RecordSet* records, const std::optional<Image>& reference, double began) {
     Log& log = session.log;
     const Device& device = session.device(o.device);
     Run run{o,
@@ -118,6 +118,7 @@ void write_results(const Options& o, Session& session, RenderResult& result, con
             result.statistics,
             session.load_phases(),
             session.load_peak_bytes()};
+    run.camera = &camera;
     if (result.error) run.error = &*result.error;
     for (auto& [key, value] : picture_metadata(run)) result.image.metadata[key] = value;
 #ifdef IRRADIA_MINIMAL

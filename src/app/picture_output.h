@@ -24,7 +24,7 @@ RenderSettings render_settings(const Options& o);
 
 /// Writes pictures, statistics, report; says so. `records`: of all caches, for the report; may be null. `began`: when
 /// the picture's turn came (see now()).
-void write_results(const Options& o, Session& session, RenderResult& result, const RecordSet* records,
-                   const std::optional<Image>& reference, double began);
+void write_results(const Options& o, Session& session, const shared::Camera& camera, RenderResult& result,
+                   const RecordSet* records, const std::optional<Image>& reference, double began);
 
 }  // namespace irradia::app

@@ -216,7 +216,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     if (records != nullptr && !o.report.empty()) renderer_->store(*records);
     // A frame that is there and no checkpoint: a run that is killed now would go on without the frame's records.
     if (many_ && checkpoints_->wanted() && !checkpoints_->there()) try_checkpoint();
-    write_results(o, session_, result, records, reference_, began);
+    write_results(o, session_, camera, result, records, reference_, began);
 }
 
 void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {

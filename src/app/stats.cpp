@@ -69,6 +69,20 @@ Json settings_json(const Options& o, int spp) {
             {"aovs", s.aovs}};
 }
 
+// In the scene file's world: a point `origin + t * direction` is seen at film (x, y), which run over [0, 1] from the
+// upper left, along direction = corner + x dx + y dy.
+Json camera_json(const Run& r) {
+    const shared::Camera& c = r.camera != nullptr ? *r.camera : r.scene.info.camera;
+    const auto& centre = r.scene.centre;
+    return {{"origin", {centre[0] + double{c.ox}, centre[1] + double{c.oy}, centre[2] + double{c.oz}}},
+            {"corner", {c.cornerx, c.cornery, c.cornerz}},
+            {"dx", {c.dxx, c.dxy, c.dxz}},
+            {"dy", {c.dyx, c.dyy, c.dyz}},
+            {"forward", {c.forwardx, c.forwardy, c.forwardz}},
+            {"aperture_radius", c.aperture_radius},
+            {"focus_distance", c.focus_distance}};
+}
+
 Json device_json(const Run& r) {
     return {{"index", r.device.index},
             {"name", r.device.name},
@@ -130,6 +144,7 @@ std::string stats_json(const Run& r) {
                 {"materials", r.scene.materials.size()},
                 {"textures", r.scene.textures.size()},
                 {"lights", r.scene.lights.size()}}},
+              {"camera", camera_json(r)},
               {"settings", settings_json(r.options, s.spp)},
               {"device", device_json(r)},
               {"wall_seconds",

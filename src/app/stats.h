@@ -23,6 +23,7 @@ struct Run {
     std::uint64_t load_peak_bytes = 0;            ///< largest resident set until the scene was there
     double write_seconds = 0, total_seconds = 0;  ///< wall
     const ErrorReport* error = nullptr;           ///< of the picture, if it was estimated
+    const shared::Camera* camera = nullptr;       ///< of the picture; null: the scene's
 };
 
 /// Everything, as indented JSON.

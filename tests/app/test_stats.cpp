@@ -64,6 +64,23 @@ TEST(Stats, JsonHoldsSettingsTimesRaysAndMemory) {
     EXPECT_EQ(j["irradia"], IRRADIA_VERSION);
 }
 
+TEST(Stats, JsonHoldsThePicturesCameraInTheWorldOfTheSceneFile) {
+    Facts facts;
+    facts.scene.centre = {100, 0, -7};
+    facts.scene.info.camera.ox = 0.5f;
+    shared::Camera moved = facts.scene.info.camera;
+    moved.ox = 2;
+    moved.dxx = 0.25f;
+    moved.cornery = -0.5f;
+    auto run = facts.run();
+    EXPECT_EQ(nlohmann::json::parse(stats_json(run))["camera"]["origin"], nlohmann::json({100.5, 0, -7}));
+    run.camera = &moved;
+    const nlohmann::json camera = nlohmann::json::parse(stats_json(run))["camera"];
+    EXPECT_EQ(camera["origin"], nlohmann::json({102, 0, -7}));
+    EXPECT_EQ(camera["dx"], nlohmann::json({0.25, 0, 0}));
+    EXPECT_EQ(camera["corner"], nlohmann::json({0, -0.5, 0}));
+}
+
 TEST(Stats, MetadataSaysHowThePictureWasMade) {
     const Facts facts;
     const auto metadata = picture_metadata(facts.run());
