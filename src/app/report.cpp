@@ -70,7 +70,8 @@ std::string layers_section(const ReportInput& in) {
 
 std::string records_figure(const ReportInput& in, const std::string& id, const std::string& title,
                            const Records& records) {
-    const RecordsPlot plot = plot_records(in.image, in.run.scene.info, records, in.run.options.exposure);
+    const shared::Camera& camera = in.run.camera != nullptr ? *in.run.camera : in.run.scene.info.camera;
+    const RecordsPlot plot = plot_records(in.image, camera, records, in.run.options.exposure);
     const auto count = [](std::size_t n) { return count_text(static_cast<double>(n)); };
     std::string text = fmt::format("{} of {} records are in sight", count(plot.shown), count(records.size()));
     if (plot.hidden > 0) text += fmt::format(", {} lie behind surfaces", count(plot.hidden));

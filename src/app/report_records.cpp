@@ -78,13 +78,13 @@ std::optional<Projected> project(const shared::Camera& c, int width, int height,
     return Projected{at.x / at.z * width, at.y / at.z * height, glm::length(way)};
 }
 
-RecordsPlot plot_records(const Image& image, const shared::SceneInfo& info, const Records& records, double exposure) {
+RecordsPlot plot_records(const Image& image, const shared::Camera& camera, const Records& records, double exposure) {
     const Layer* depth = find_layer(image, "depth");
     if (depth == nullptr) throw Error("records cannot be drawn: the picture has no layer depth");
     RecordsPlot plot;
     std::vector<Dot> dots;
     for (const shared::RecordKey& key : records.keys) {
-        const auto p = project(info.camera, image.width, image.height, {key.px, key.py, key.pz});
+        const auto p = project(camera, image.width, image.height, {key.px, key.py, key.pz});
         if (!p || !(p->x >= 0 && p->y >= 0 && p->x < image.width && p->y < image.height)) {
             ++plot.outside;
         } else if (!in_sight(*depth, image.width, image.height, *p)) {
@@ -92,8 +92,7 @@ RecordsPlot plot_records(const Image& image, const shared::SceneInfo& info, cons
         } else {
             // The radius of a disk as large as the support's ellipse.
             const double support = std::sqrt(static_cast<double>(key.support1) * static_cast<double>(key.support2));
-            dots.push_back(
-                {p->x, p->y, support, support / (p->distance * static_cast<double>(info.camera.pixel_size))});
+            dots.push_back({p->x, p->y, support, support / (p->distance * static_cast<double>(camera.pixel_size))});
         }
     }
     plot.shown = dots.size();

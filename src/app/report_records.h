@@ -28,6 +28,6 @@ struct RecordsPlot {
     double median_pixels = 0;                        ///< their median as pixels at the record's distance
 };
 /// `image`: with the layer "depth". `records`: their positions as the scene's.
-RecordsPlot plot_records(const Image& image, const shared::SceneInfo& info, const Records& records, double exposure);
+RecordsPlot plot_records(const Image& image, const shared::Camera& camera, const Records& records, double exposure);
 
 }  // namespace irradia::app

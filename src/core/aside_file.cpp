@@ -32,8 +32,7 @@ AsideFile::AsideFile(const std::string& path) : path_(path), target_(path) {
         target_ + ".part-" + std::to_string(::getpid()) + "-" + std::to_string(mark) + "-" + std::to_string(count++);
     // Without a name until it is whole, where the file system can do that: then a killed process leaves nothing behind.
     const fs::path folder = fs::path(target_).has_parent_path() ? fs::path(target_).parent_path() : fs::path(".");
-    if (::access("/proc/self/fd", X_OK) == 0)
-        file_ = ::open(folder.c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0666);
+    if (::access("/proc/self/fd", X_OK) == 0) file_ = ::open(folder.c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0666);
     named_ = file_ < 0;
     if (named_) file_ = ::open(aside_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (file_ < 0) fail(errno);

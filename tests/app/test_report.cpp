@@ -117,7 +117,7 @@ TEST(ReportRecords, ThoseBehindSurfacesAndOutsideAreNotShown) {
     add(50, 1, 0.1f);    // outside
     add(1, 9, 0.1f);     // behind the camera
     add(0.5f, 1.1f, 1);
-    const RecordsPlot plot = plot_records(image, info, records, 0);
+    const RecordsPlot plot = plot_records(image, info.camera, records, 0);
     EXPECT_EQ(plot.shown, 2u);
     EXPECT_EQ(plot.hidden, 1u);
     EXPECT_EQ(plot.outside, 2u);
@@ -140,7 +140,7 @@ TEST(ReportRecords, ThoseBehindSurfacesAndOutsideAreNotShown) {
     EXPECT_EQ(colour(small->x, small->y), plot.scale.colours.front());
     EXPECT_EQ(colour(large->x, large->y), plot.scale.colours.back());
     // None at all is no error.
-    EXPECT_EQ(plot_records(image, info, {}, 0).shown, 0u);
+    EXPECT_EQ(plot_records(image, info.camera, {}, 0).shown, 0u);
 }
 
 TEST(ReportChart, BarsAreAsLongAsTheirValues) {
