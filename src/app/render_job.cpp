@@ -162,6 +162,8 @@ void RenderJob::render_all() {
                 save_checkpoint();
                 log.info("wrote " + checkpoints_->path() + ": the same command goes on from there",
                          {{"output", checkpoints_->path()}});
+            } catch (const Error& error) {
+                log.error(error.what());
             } catch (const std::exception& error) {
                 log.error(checkpoints_->path() + ": not written: " + error.what());
             }
@@ -292,8 +294,9 @@ void RenderJob::at_rest(bool whole) {
 void RenderJob::try_checkpoint() {
     try {
         save_checkpoint();
+    } catch (const Error& error) {  // the render itself is none the worse
+        session_.log.warn(error.what());
     } catch (const std::exception& error) {
-        // The render itself is none the worse.
         session_.log.warn(checkpoints_->path() + ": not written: " + error.what());
     }
 }
