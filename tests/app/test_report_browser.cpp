@@ -15,9 +15,10 @@ protected:
         GTEST_SKIP() << what;
     }
     test::Outcome browse(const std::string& page, std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), {"--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
-                                             "--force-color-profile=srgb", "--user-data-dir=" + in_folder("profile"),
-                                             "--virtual-time-budget=5000"});
+        arguments.insert(
+            arguments.begin(),
+            {"--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars",
+             "--force-color-profile=srgb", "--user-data-dir=" + in_folder("profile"), "--virtual-time-budget=5000"});
         std::string address = "file://" + in_folder(page);  // the folder's name has blanks
         for (std::size_t at = 0; (at = address.find(' ', at)) != std::string::npos;) address.replace(at, 1, "%20");
         arguments.push_back(address);
