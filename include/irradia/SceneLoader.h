@@ -1,7 +1,7 @@
 // Reading a scene: Mitsuba 3 XML in, flat arrays out.
 #pragma once
-#include <cstdint>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>

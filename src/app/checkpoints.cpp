@@ -4,13 +4,12 @@
 #include <iomanip>
 #include <sstream>
 
+#include "app/clock.h"
 #include "app/frames.h"
 #include "app/output.h"
-#include "app/session.h"
 #include "app/stats.h"
 #include "core/checksum.h"
 #include "core/input_file.h"
-#include "irradia/RecordFile.h"
 
 namespace irradia::app {
 
@@ -51,8 +50,7 @@ CheckpointIdentity checkpoint_identity(const Options& o, const Device& device) {
     return identity;
 }
 
-std::string scene_identity(const Scene& scene) {
-    const RecordOrigin origin = record_origin(scene, RenderSettings{});
+std::string scene_identity(const Scene& scene, const RecordOrigin& origin) {
     std::ostringstream out;
     out << std::hex << "geometry " << origin.geometry << ", materials " << origin.materials << ", emitters "
         << origin.emitters << ", camera and film " << checksum(&scene.info, sizeof scene.info) << std::dec << ", "

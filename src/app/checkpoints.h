@@ -5,6 +5,7 @@
 
 #include "app/options.h"
 #include "irradia/Checkpoint.h"
+#include "irradia/RecordFile.h"
 #include "irradia/Scene.h"
 
 namespace irradia::app {
@@ -12,8 +13,8 @@ namespace irradia::app {
 /// Everything of a command line, and of the device, that the picture's bytes depend on.
 CheckpointIdentity checkpoint_identity(const Options& o, const Device& device);
 
-/// The scene, as text: hashes of what is in it, of its camera and film.
-std::string scene_identity(const Scene& scene);
+/// The scene, as text: hashes of what is in it (`origin`), of its camera and film.
+std::string scene_identity(const Scene& scene, const RecordOrigin& origin);
 
 class Checkpoints {
 public:

@@ -1,16 +1,15 @@
 #include "app/loading.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
 #include <sstream>
+
+#include "app/clock.h"
 
 #include "app/progress.h"
 
 namespace irradia::app {
 namespace {
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 // Shares of the whole, in order, as measured on large meshes.
 struct Share {

@@ -125,7 +125,8 @@ void RenderJob::render_all() {
     if (checkpoints_->there()) {
         resumed.emplace(checkpoints_->read());
         (*resumed)(frames_)(failed_);
-        frames_.insert(frames_.end(), failed_.begin(), failed_.end());  // they have another chance
+        for (const int frame : failed_)  // they have another chance
+            if (std::find(frames_.begin(), frames_.end(), frame) == frames_.end()) frames_.push_back(frame);
         failed_.clear();
         log.info("going on from " + checkpoints_->path());
     } else {
@@ -141,7 +142,6 @@ void RenderJob::render_all() {
             }
             try {
                 render_frame(of_frame(frame), frame, resumed);
-                std::erase(failed_, frame);
                 ++done_;
             } catch (const std::exception& error) {
                 if (!many_ || resumed) throw;  // a checkpoint that cannot be used is neither lost nor passed over
@@ -157,22 +157,14 @@ void RenderJob::render_all() {
             if (!frames_.empty()) stop_if_told();
         }
     } catch (const Stopped&) {
-        if (whole_ && checkpoints_->wanted()) {
-            try {
-                save_checkpoint();
-                log.info("wrote " + checkpoints_->path() + ": the same command goes on from there",
-                         {{"output", checkpoints_->path()}});
-            } catch (const Error& error) {
-                log.error(error.what());
-            } catch (const std::exception& error) {
-                log.error(checkpoints_->path() + ": not written: " + error.what());
-            }
-        }
+        if (whole_ && checkpoints_->wanted() && write_checkpoint(Level::error))
+            log.info("wrote " + checkpoints_->path() + ": the same command goes on from there",
+                     {{"output", checkpoints_->path()}});
         throw;
     }
     if (!failed_.empty() && whole_ && checkpoints_->wanted()) {  // from which they can be rendered later on
         frames_ = failed_;
-        try_checkpoint();
+        write_checkpoint(Level::warning);
         frames_.clear();
     }
     RecordSet* const records = records_->set();
@@ -198,10 +190,10 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     whole_ = false;
     RenderResult result = [&] {
         try {
+            stages_ = std::make_unique<StageLog>(session_.log);
             make_renderer(resumed.has_value());
             state_frame_ = frame;
-            if (checkpoints_->wanted()) state_scene_ = scene_identity(session_.scene());
-            stages_ = std::make_unique<StageLog>(session_.log);
+            if (checkpoints_->wanted()) state_scene_ = scene_identity(session_.scene(), session_.origin());
             if (!resumed) return renderer_->render(camera);
             Checkpoint checkpoint = std::move(*resumed);
             resumed.reset();
@@ -217,7 +209,7 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
     RecordSet* const records = records_->set();
     if (records != nullptr && !o.report.empty()) renderer_->store(*records);
     // A frame that is there and no checkpoint: a run that is killed now would go on without the frame's records.
-    if (many_ && checkpoints_->wanted() && !checkpoints_->there()) try_checkpoint();
+    if (many_ && checkpoints_->wanted() && !checkpoints_->there()) write_checkpoint(Level::warning);
     write_results(o, session_, camera, result, records, reference_, began);
 }
 
@@ -233,7 +225,7 @@ void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed)
     if (!resumed) return;
     std::string then;
     (*resumed)(then);
-    if (const std::string is = scene_identity(session_.scene()); then != is)
+    if (const std::string is = scene_identity(session_.scene(), session_.origin()); then != is)
         throw Error(checkpoints_->path() + ": checkpoint of another scene: found " + then + ", expected " + is);
 }
 
@@ -252,7 +244,6 @@ void RenderJob::make_renderer(bool resumed) {
         (*stages_)(p);
         check_memory(rendered, pixels, "the render (" + p.stage + ")");
     };
-    stages_ = std::make_unique<StageLog>(session_.log);
     auto renderer = std::make_unique<Renderer>(session_.scene(), session_.device(o_.device), settings_, callback);
     renderer->on_rest([this](bool whole) { at_rest(whole); });
     // Records of an earlier scene serve this one if it differs in nothing that they know.
@@ -288,21 +279,19 @@ void RenderJob::at_rest(bool whole) {
         throw Stopped{signal_received()};
     }
     // Between the steps of a search, which come seldom, always.
-    if (whole && (checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) try_checkpoint();
+    if (whole && (checkpoints_->due() || (searches(o_) && checkpoints_->wanted()))) write_checkpoint(Level::warning);
 }
 
-void RenderJob::try_checkpoint() {
+bool RenderJob::write_checkpoint(Level level) {
     try {
-        save_checkpoint();
+        checkpoints_->write([this](Checkpoint& c) { state(c); });
+        return true;
     } catch (const Error& error) {  // the render itself is none the worse
-        session_.log.warn(error.what());
+        session_.log.say(level, error.what());
     } catch (const std::exception& error) {
-        session_.log.warn(checkpoints_->path() + ": not written: " + error.what());
+        session_.log.say(level, checkpoints_->path() + ": not written: " + error.what());
     }
-}
-
-void RenderJob::save_checkpoint() {
-    checkpoints_->write([this](Checkpoint& c) { state(c); });
+    return false;
 }
 
 void RenderJob::state(Checkpoint& c) {

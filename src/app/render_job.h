@@ -36,8 +36,7 @@ private:
     void make_renderer(bool resumed);
     void drop_renderer();  // keeps its records
     void at_rest(bool whole);
-    void save_checkpoint();
-    void try_checkpoint();  // says so if it fails
+    bool write_checkpoint(Level level);  // `level`: how it is said if it fails
     void state(Checkpoint& checkpoint);
 
     Options o_;

@@ -1,6 +1,5 @@
 #include "app/session.h"
 
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 
@@ -11,7 +10,6 @@
 #include "core/memory.h"
 #include "irradia/Error.h"
 #include "irradia/PackedScene.h"
-#include "irradia/RecordFile.h"
 #ifndef IRRADIA_MINIMAL
 #include "irradia/Accel.h"
 #endif
@@ -21,20 +19,17 @@ namespace {
 
 constexpr const char* kSmallerScene = "take a smaller scene: fewer triangles, smaller textures";
 
-/// Are both the same but for the camera?
-bool same_scene(const Scene& a, const Scene& b) {
+/// Are they the same but for cameras and what origin_of() tells apart?
+bool same_film(const Scene& a, const Scene& b) {
     shared::SceneInfo info = a.info;
     info.camera = b.info.camera;
-    if (std::memcmp(&info, &b.info, sizeof info) != 0 || a.features != b.features || a.sample_count != b.sample_count ||
-        a.triangles.size() != b.triangles.size())
-        return false;
-    const RenderSettings settings;
-    return record_origin(a, settings) == record_origin(b, settings);
+    return std::memcmp(&info, &b.info, sizeof info) == 0 && a.features == b.features &&
+           a.sample_count == b.sample_count && a.triangles.size() == b.triangles.size();
 }
 
-}  // namespace
+RecordOrigin origin_of(const Scene& scene) { return record_origin(scene, RenderSettings{}); }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+}  // namespace
 
 Device& Session::device(const DeviceOptions& o) {
     const DeviceOptions& d = device_options_;
@@ -106,7 +101,9 @@ void Session::open(const Options& o, bool both_layouts, const std::function<void
     load_peak_bytes_ = peak_resident_memory();
     log.info(load_text(fresh, phases_, load_peak_bytes_),
              {{"scene", fresh.source}, {"triangles", fresh.triangles.size()}, {"peak_bytes", load_peak_bytes_}});
-    if (scene_ && same_scene(fresh, *scene_)) {
+    std::optional<RecordOrigin> fresh_origin;
+    if (scene_ && same_film(fresh, *scene_)) fresh_origin = origin_of(fresh);
+    if (fresh_origin && *fresh_origin == origin()) {
         scene_->info.camera = fresh.info.camera;
         scene_->accel = std::move(fresh.accel);
         scene_->source = fresh.source;
@@ -114,6 +111,12 @@ void Session::open(const Options& o, bool both_layouts, const std::function<void
     }
     if (leave) leave();
     scene_ = std::make_unique<Scene>(std::move(fresh));
+    origin_ = std::move(fresh_origin);
+}
+
+const RecordOrigin& Session::origin() {
+    if (!origin_) origin_ = origin_of(*scene_);
+    return *origin_;
 }
 
 }  // namespace irradia::app

@@ -4,10 +4,12 @@
 #include <optional>
 #include <string>
 
+#include "app/clock.h"
 #include "app/loading.h"
 #include "app/log.h"
 #include "app/options.h"
 #include "irradia/Device.h"
+#include "irradia/RecordFile.h"
 #include "irradia/Scene.h"
 
 #ifndef IRRADIA_MINIMAL
@@ -15,9 +17,6 @@
 #endif
 
 namespace irradia::app {
-
-/// Wall seconds of the steady clock.
-double now();
 
 class Session {
 public:
@@ -34,6 +33,8 @@ public:
     /// `leave` is called.
     void open(const Options& o, bool both_layouts, const std::function<void()>& leave = {});
     [[nodiscard]] Scene& scene() { return *scene_; }
+    /// Hashes of what is in it. Of large scenes they take a while: asked for once a scene.
+    [[nodiscard]] const RecordOrigin& origin();
     [[nodiscard]] const Phases& load_phases() const { return phases_; }
     [[nodiscard]] std::uint64_t load_peak_bytes() const { return load_peak_bytes_; }
 
@@ -43,6 +44,7 @@ private:
     std::optional<Device> device_;
     DeviceOptions device_options_;
     std::unique_ptr<Scene> scene_;
+    std::optional<RecordOrigin> origin_;
     Phases phases_;
     std::uint64_t load_peak_bytes_ = 0;
 #ifndef IRRADIA_MINIMAL

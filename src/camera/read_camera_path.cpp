@@ -13,10 +13,15 @@ namespace {
 
 using nlohmann::json;
 
-/// One line of printable characters, cut short if it is long.
-std::string shown(std::string text) {
+std::string printable(std::string text) {
     for (char& c : text)
         if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) c = '?';
+    return text;
+}
+
+/// One line of printable characters, cut short if it is long.
+std::string shown(std::string text) {
+    text = printable(std::move(text));
     if (text.size() > 60) text = text.substr(0, 57) + "...";
     return text;
 }
@@ -54,9 +59,7 @@ json parse(const std::string& file, const std::string& text) {
         std::string why = error.what();  // "[json.exception...] parse error at line 1, column 2: syntax error ..."
         if (const auto column = why.find("column "); column != std::string::npos)
             if (const auto colon = why.find(": ", column); colon != std::string::npos) why = why.substr(colon + 2);
-        for (char& c : why)
-            if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) c = '?';
-        fail_at(file, text, error.byte > 0 ? error.byte - 1 : 0, "found no JSON: " + why);
+        fail_at(file, text, error.byte > 0 ? error.byte - 1 : 0, "found no JSON: " + printable(std::move(why)));
     } catch (const json::out_of_range& error) {  // "... number overflow parsing '1e999'"
         const std::string why = error.what();
         const auto first = why.find('\''), last = why.rfind('\'');

@@ -152,7 +152,7 @@ void Run::state(Checkpoint& c) {
     Clock::duration elapsed = now - start_, of_phase = now - phase_start_;
     c(elapsed)(of_phase);
     if (!c.reading()) return;
-    set_camera(shared::Camera(camera_));
+    set_camera(camera_);
     start_ = now - elapsed;
     phase_start_ = now - of_phase;
 }
