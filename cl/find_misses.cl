@@ -1,7 +1,8 @@
-// Stage 1 of an iteration: one pixel of every 16x16 block looks its surface up in the cache; where the records do not
-// suffice it writes the point that wants one; likewise, with radiance caching (-D IR_LOBES=1), for its glossy part. The host
-// gathers the marked points into the record stacks, in block order.
+// Stage 1 of an iteration: pixels look their surfaces up in the cache; where the records do not suffice they push the point
+// that wants one; likewise, with radiance caching (-D IR_LOBES=1), for their glossy parts. The host chooses from them what
+// goes on the record stacks.
 #include "cache.h"
+#include "point_list.h"
 #include "see_pixel.h"
 #include "shading_point.h"
 #if IR_LOBES
@@ -20,26 +21,21 @@ IR_FN float narrow_reach(const SceneData* s, const CacheParameters* c, const Sur
     return hit.primitive == IR_NO_PRIMITIVE ? IR_INFINITY : max(hit.t, c->gap_least * footprint);
 }
 
-IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL ShadingPoint* points, uint x_in_block,
-                           uint y_in_block, uint blocks_x, uint block_count) {
-    const uint block = IR_GLOBAL_ID;
-    if (block >= block_count) return;
+IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL ShadingPoint* points,
+                           IR_GLOBAL const uint* pixels, uint count) {
+    if (IR_GLOBAL_ID >= count) return;
     IR_SCENE_INIT(s);
     IR_CACHE_INIT(cache);
-    points[block].state = IR_POINT_NONE;
 #if IR_LOBES
     IR_RADIANCE_INIT(radiance);
-    lobe_points[block].state = IR_POINT_NONE;
 #endif
-    const uint x = (block % blocks_x) * 16u + x_in_block, y = (block / blocks_x) * 16u + y_in_block;
-    if (x >= info->width || y >= info->height) return;
-    const uint pixel = y * info->width + x;
+    const uint pixel = pixels[IR_GLOBAL_ID];
     Seen seen;
     if (!see_pixel(&s, pixel, &seen)) return;
     const Surface* f = &seen.surface;
 #if IR_LOBES
     if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f))
-        lobe_points[block] = make_shading_point(info, f, seen.direction, seen.depth, pixel, true);
+        push_point(lobe_points, make_shading_point(info, f, seen.direction, seen.depth, pixel, true));
 #endif
     if (!is_diffuse(f)) return;
     ShadingPoint q = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
@@ -49,5 +45,5 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
         q.largest = reach;
         q.least = cache_parameters.gap_least * q.footprint;
     }
-    points[block] = q;
+    push_point(points, q);
 }

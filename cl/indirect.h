@@ -47,6 +47,10 @@ IR_CALL_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState p
         }
         ask = true;
 #endif
+        if (bounce + 1u == edges) {  // nothing but direct light is wanted here: no ray goes on that is not needed for it
+            known_vertex(s, &path, roulette, rng, rays, &sum);
+            break;
+        }
         if (!path_vertex(s, &path, roulette, rng, rays, &sum)) break;
     }
     return sum;

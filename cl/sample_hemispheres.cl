@@ -1,7 +1,8 @@
 // Stage 2 of an iteration: one work-group samples the hemisphere over one point of the record stack (1.2, 1.3) and
 // reduces it to a record: E, both gradients, the Hessian, the radius.
 //   1. Every work-item traces tiles of strata; where a ray hits, the irradiance grid is asked for the indirect light
-//      there, or the ray continues as a path; the cells go to local memory.
+//      there, or the ray continues as a path; the cells go to local memory. GPUs go on with such paths after a barrier:
+//      few of the work-items that run in step would have one, and the others wait for them.
 //   2. After a barrier every work-item sums its cells and the two edges each cell owns; the group adds the sums up.
 //   3. One work-item makes the record.
 // Compile-time: IR_M, IR_N (strata), IR_GROUP (work-items), IR_GRADIENT, IR_RADIUS, IR_GRADIENT_LIMIT, IR_GRID,
@@ -18,10 +19,14 @@
 #include "irradia/shared/radiance_types.h"
 #endif
 
+// Neighbouring directions, which find the same nodes: 4x4 strata as a packet, or 4x8 as the tiles of 32 work-items that run
+// in step.
 #if IR_TILE == 16 && IR_M % 4 == 0 && IR_N % 4 == 0
-#define IR_TILE_RINGS 4u  // a 4x4 tile of strata: neighbouring directions, which make a coherent packet
+#define IR_BLOCK_SECTORS 4u
+#elif IR_TILE == 1 && IR_M % 4 == 0 && IR_N % 8 == 0
+#define IR_BLOCK_SECTORS 8u
 #else
-#define IR_TILE_RINGS 1u
+#define IR_BLOCK_SECTORS 0u
 #endif
 #define IR_TILES ((IR_CELLS + IR_TILE - 1) / IR_TILE)
 
@@ -39,12 +44,19 @@
 #endif
 #include "sum_cells.h"
 
+// Cells whose rays go on as paths are put off until the group shares them out (a list of them fits local memory).
+#define IR_DEFER_PATHS (IR_GRID && IR_TILE == 1 && IR_CELLS <= 4096)
+#define IR_DEFERRED (-1.0f)  // in place of a cell's radiance
+
+// Cell of ray i of a tile.
 IR_FN uint tile_cell(uint tile, uint i) {
-#if IR_TILE_RINGS == 4
-    const uint tiles_k = IR_N / 4u;
-    return (tile / tiles_k * 4u + i / 4u) * IR_N + tile % tiles_k * 4u + i % 4u;
+    const uint ray = tile * IR_TILE + i;
+#if IR_BLOCK_SECTORS
+    const uint in_block = 4u * IR_BLOCK_SECTORS, block = ray / in_block, blocks_k = IR_N / IR_BLOCK_SECTORS;
+    return (block / blocks_k * 4u + ray % in_block / IR_BLOCK_SECTORS) * IR_N + block % blocks_k * IR_BLOCK_SECTORS +
+           ray % IR_BLOCK_SECTORS;
 #else
-    return tile * IR_TILE + i;
+    return ray;
 #endif
 }
 
@@ -92,9 +104,14 @@ IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* su
 #else
     const uint known = 0u;
 #endif
-    for (uint i = 0; i < count; ++i)  // what a hit emits itself is direct light at the record, computed elsewhere
-        if (!((known >> i) & 1u) && hits[i].primitive != IR_NO_PRIMITIVE && reflects(&surfaces[i]))
-            radiance[i] = path_radiance(s, grid, path_from(surfaces[i], hits[i].t), edges, false, &rngs[i], rays);
+    for (uint i = 0; i < count; ++i) {  // what a hit emits itself is direct light at the record, computed elsewhere
+        if (((known >> i) & 1u) || hits[i].primitive == IR_NO_PRIMITIVE || !reflects(&surfaces[i])) continue;
+#if IR_DEFER_PATHS
+        radiance[i].x = IR_DEFERRED;
+#else
+        radiance[i] = path_radiance(s, grid, path_from(surfaces[i], hits[i].t), edges, false, &rngs[i], rays);
+#endif
+    }
 #if IR_GRID
     real3 direct[IR_TILE];
     const uint on = direct_tile(s, answered, answers, u, v, seed, record, indices, false, direct, rays);
@@ -121,13 +138,49 @@ IR_FN float arriving_share(const SceneData* s, const ShadingPoint* q, real3 w, f
     return share;
 }
 
-// Traces one tile of strata from q and stores its cells.
-IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
-                              uint edges, uint seed, IR_CELL_SPACE float* cells, RayCount* rays) {
-    const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
-    const real3 g = make_real3(q->gx, q->gy, q->gz);
+// Where hemisphere rays start: above the surface, or below it those over the shading normal's horizon but under the
+// surface.
+typedef struct RayStart {
+    Frame frame;
+    real3 g, above, below;
+} RayStart;
+
+IR_FN RayStart ray_start(const ShadingPoint* q) {
+    RayStart start;
+    start.frame = make_frame(make_real3(q->nx, q->ny, q->nz));
+    start.g = make_real3(q->gx, q->gy, q->gz);
     const real3 p = make_real3(q->px + q->step_x, q->py + q->step_y, q->pz + q->step_z);
-    const real3 origin = p + g * q->offset;
+    start.above = p + start.g * q->offset;
+    start.below = p - start.g * q->offset;
+    return start;
+}
+
+IR_FN bool starts_below(const RayStart* start, real3 w) {
+#if IR_FEATURES & IR_FEATURE_SMOOTH_NORMALS
+    return dot(w, start->g) < 0.0f;
+#else
+    return false;
+#endif
+}
+
+// Direction of a cell's ray, in the record's frame.
+IR_FN real3 ray_in_frame(uint record, uint cell, uint seed) {
+    Rng rng = rng_make(seed, record, cell);
+    const float xi1 = rng_real(&rng), xi2 = rng_real(&rng);
+    return stratum_direction(cell / IR_N, cell % IR_N, IR_M, IR_N, xi1, xi2);
+}
+
+IR_INLINE_FN void store_radiance(IR_CELL_SPACE float* cells, uint cell, real3 radiance) {
+    cells[6 * IR_CELLS + cell] = radiance.x;
+    cells[7 * IR_CELLS + cell] = radiance.y;
+    cells[8 * IR_CELLS + cell] = radiance.z;
+}
+
+// Traces one tile of strata from q and stores its cells; those put off go to `deferred`, whose first entry is their number.
+IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
+                              uint edges, uint seed, IR_CELL_SPACE float* cells, volatile IR_LOCAL uint* deferred,
+                              RayCount* rays) {
+    const RayStart start = ray_start(q);
     const uint count = min((uint)IR_TILE, (uint)IR_CELLS - tile * IR_TILE);
     float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];
     Hit hits[IR_TILE];
@@ -135,39 +188,32 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
     real3 radiance[IR_TILE];
     for (uint i = 0; i < count; ++i) {
         const uint cell = tile_cell(tile, i);
-        Rng rng = rng_make(seed, record, cell);
-        const float xi1 = rng_real(&rng), xi2 = rng_real(&rng);
-        const real3 in_frame = stratum_direction(cell / IR_N, cell % IR_N, IR_M, IR_N, xi1, xi2);
-        const real3 w = to_world(frame, in_frame);
+        const real3 in_frame = ray_in_frame(record, cell, seed);
+        const real3 w = to_world(start.frame, in_frame);
         dx[i] = w.x;
         dy[i] = w.y;
         dz[i] = w.z;
         cells[0 * IR_CELLS + cell] = in_frame.x;
         cells[1 * IR_CELLS + cell] = in_frame.y;
     }
-    trace_tile(s, origin, dx, dy, dz, count, 0.0f, hits);
+    trace_tile(s, start.above, dx, dy, dz, count, 0.0f, hits);
     for (uint i = 0; i < count; ++i) {
         const real3 w = make_real3(dx[i], dy[i], dz[i]);
-        real3 start = origin;
-#if IR_FEATURES & IR_FEATURE_SMOOTH_NORMALS
-        if (dot(w, g) < 0.0f) {  // over the shading normal's horizon but under the surface: such rays start below it
-            start = p - g * q->offset;
-            hits[i] = trace_closest(s, start, w, 0.0f, IR_INFINITY);
-        }
-#endif
+        const bool below = starts_below(&start, w);
+        const real3 origin = below ? start.below : start.above;
+        if (below) hits[i] = trace_closest(s, origin, w, 0.0f, IR_INFINITY);
 #if IR_FEATURES & IR_FEATURE_MASKS
         Rng rng = rng_make(seed ^ 0x6d61736bu, record, tile_cell(tile, i));
-        hits[i] = pass_masks(s, start, w, IR_INFINITY, hits[i], &rng);
+        hits[i] = pass_masks(s, origin, w, IR_INFINITY, hits[i], &rng);
 #endif
-        if (hits[i].primitive != IR_NO_PRIMITIVE) surfaces[i] = surface_at(s, start, w, &hits[i]);
+        if (hits[i].primitive != IR_NO_PRIMITIVE) surfaces[i] = surface_at(s, origin, w, &hits[i]);
     }
     tile_radiance(s, grid, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
     for (uint i = 0; i < count; ++i) {
         const uint cell = tile_cell(tile, i);
         const bool hit = hits[i].primitive != IR_NO_PRIMITIVE;
-        const real3 normal = hit ? to_local(frame, surfaces[i].ng) : make_real3(0.0f, 0.0f, 1.0f);
+        const real3 normal = hit ? to_local(start.frame, surfaces[i].ng) : make_real3(0.0f, 0.0f, 1.0f);
         const real3 w = make_real3(dx[i], dy[i], dz[i]);
-        radiance[i] = radiance[i] * arriving_share(s, q, w, max(dot(w, frame.n), 0.0f));
         cells[2 * IR_CELLS + cell] = hit ? hits[i].t : IR_INFINITY;
 #if IR_RADIANCE
         if (hit && !is_diffuse(&surfaces[i]) && is_glossy(&surfaces[i])) cells[2 * IR_CELLS + cell] = -hits[i].t;
@@ -175,11 +221,39 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
         cells[3 * IR_CELLS + cell] = normal.x;
         cells[4 * IR_CELLS + cell] = normal.y;
         cells[5 * IR_CELLS + cell] = normal.z;
-        cells[6 * IR_CELLS + cell] = radiance[i].x;
-        cells[7 * IR_CELLS + cell] = radiance[i].y;
-        cells[8 * IR_CELLS + cell] = radiance[i].z;
+#if IR_DEFER_PATHS
+        if (radiance[i].x == IR_DEFERRED) {
+            store_radiance(cells, cell, make_real3(hits[i].u, hits[i].v, IR_AS_FLOAT(hits[i].primitive)));
+            deferred[1u + IR_ATOMIC_ADD(deferred, 1u)] = cell;
+            continue;
+        }
+#endif
+        store_radiance(cells, cell, radiance[i] * arriving_share(s, q, w, max(dot(w, start.frame.n), 0.0f)));
     }
 }
+
+#if IR_DEFER_PATHS
+// The path of a cell that was put off: the same that it would have taken at once.
+IR_INLINE_FN void continue_cell(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint cell,
+                                uint edges, uint seed, IR_CELL_SPACE float* cells, RayCount* rays) {
+    const RayStart start = ray_start(q);
+    const real3 w = to_world(start.frame, ray_in_frame(record, cell, seed));
+    const real3 origin = starts_below(&start, w) ? start.below : start.above;
+    Hit hit;
+    hit.t = fabs(cells[2 * IR_CELLS + cell]);
+    hit.u = cells[6 * IR_CELLS + cell];
+    hit.v = cells[7 * IR_CELLS + cell];
+    hit.primitive = IR_AS_UINT(cells[8 * IR_CELLS + cell]);
+    const Surface f = surface_at(s, origin, w, &hit);
+    Rng rng = rng_make(seed ^ 0x68656d69u, record, cell);
+    if (is_diffuse(&f)) {  // the grid was asked
+        rng_real(&rng);
+        rng_real(&rng);
+    }
+    const real3 radiance = path_radiance(s, grid, path_from(f, hit.t), edges, false, &rng, rays);
+    store_radiance(cells, cell, radiance * arriving_share(s, q, w, max(dot(w, start.frame.n), 0.0f)));
+}
+#endif
 
 #if IR_RADIANCE
 // The cells of one work-item as samples of a radiance record: what re-projection (theory 7) needs of them, in world
@@ -234,8 +308,20 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     view.cells = grid_cells;
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
+#if IR_DEFER_PATHS
+    IR_LOCAL_ARRAY(uint, deferred, 1 + IR_CELLS);  // their number, then which
+    if (item == 0u) deferred[0] = 0u;
+    IR_BARRIER();
+#else
+    IR_LOCAL uint* const deferred = 0;
+#endif
     for (uint tile = item; tile < IR_TILES; tile += IR_GROUP)
-        sample_tile(&s, &view, &q, index, tile, edges, seed, IR_GROUP_CELLS, &rays);
+        sample_tile(&s, &view, &q, index, tile, edges, seed, IR_GROUP_CELLS, deferred, &rays);
+#if IR_DEFER_PATHS
+    IR_CELL_BARRIER();
+    for (uint i = item; i < deferred[0]; i += IR_GROUP)
+        continue_cell(&s, &view, &q, index, deferred[1u + i], edges, seed, IR_GROUP_CELLS, &rays);
+#endif
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
     if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);

@@ -1,11 +1,12 @@
 // Stage 4: every pixel with all its samples: direct light by next-event estimation, indirect light from the cache.
 // Samples of a tile that lie on one smooth patch share one look-up at their centroid (-D IR_SHARE_LOOKUPS=1): E is
 // linear over a pixel up to its second derivative, and the mean of a linear function is its value at the mean.
-// A patch that no record reaches stays without indirect light; the first such place of a pixel is left in `points`, and
+// A patch that no record reaches stays without indirect light; the first such place of a pixel is pushed to `points`, and
 // the host has a record made there and the pixel shaded anew. What is seen through mirrors and glass, whose curvature
 // may scatter a pixel's samples over the scene, takes a sample of its irradiance instead, and so does everything once
 // requests are off.
 #include "cache.h"
+#include "point_list.h"
 #include "shade.h"
 #if IR_LOBES
 #include "lobe_patch.h"
@@ -93,7 +94,6 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
     pixel_clear(&sum);
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
-    points[slot].state = IR_POINT_NONE;
     bool missed = false, lobe_missed = false;
     Caches caches;
 #if IR_LOBES
@@ -102,7 +102,6 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
     caches.radiance = &radiance;
     LobeMemo memo;
     memo.count = 0u;
-    lobe_points[slot].state = IR_POINT_NONE;
 #else
     caches.none = 0u;
 #endif
@@ -116,15 +115,16 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
         sum.indirect += indirect_tile(&s, &cache, &grid, samples, count, requests, edges_left(edges, 1u), &rng,
                                       &uncovered, &rays);
         if (uncovered < count && !missed) {
-            points[slot] = sample_point(&s, &samples[uncovered], pixel);
+            push_point(points, sample_point(&s, &samples[uncovered], pixel));
             missed = true;
         }
 #if IR_LOBES
         sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests, edges_left(edges, 1u), &rng, &memo,
                                    &uncovered, &rays);
         if (uncovered < count && !lobe_missed) {
-            lobe_points[slot] = make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
-                                                   samples[uncovered].depth, pixel, true);
+            push_point(lobe_points,
+                       make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
+                                          samples[uncovered].depth, pixel, true));
             lobe_missed = true;
         }
 #endif

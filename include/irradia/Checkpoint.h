@@ -40,8 +40,8 @@ public:
         return *this;
     }
     Checkpoint& operator()(std::string& text);
-    template <class T>
-    Checkpoint& operator()(std::vector<T>& values) {
+    template <class T, class Allocator>
+    Checkpoint& operator()(std::vector<T, Allocator>& values) {
         const std::uint64_t n = count(values.size(), std::is_trivially_copyable_v<T> ? sizeof(T) : 1);
         if (reading()) values.resize(n);
         if constexpr (std::is_trivially_copyable_v<T>)

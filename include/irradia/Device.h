@@ -25,7 +25,7 @@ std::vector<DeviceDescription> list_devices();
 struct DeviceOptions {
     std::string select;     ///< index or a part of the name or platform, case-insensitive; "" = the default (a GPU if
                             ///< there is one, else the CPU)
-    int threads = 0;        ///< CPU devices: worker threads; 0, or more than there are, = all
+    int threads = 0;        ///< worker threads (of a GPU's: the host's own); 0, or more than there are, = all
     std::string traversal;  ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
     std::uint64_t memory_limit = 0;  ///< bytes that this process may take: on a CPU device, buffers that would pass it
                                      ///< are refused; 0 = none
@@ -88,14 +88,17 @@ public:
     [[nodiscard]] bool cpu_traversal() const noexcept;  ///< true: -D IR_CPU is given to every program
     [[nodiscard]] std::size_t tile() const noexcept;    ///< rays of one packet: IR_TILE of trace.h
     [[nodiscard]] std::size_t group_size()
-        const noexcept;  ///< items of a hemisphere's work-group: 64 on CPUs, 128 on GPUs
+        const noexcept;  ///< items of a hemisphere's work-group: 64 on CPUs, 256 on GPUs
     [[nodiscard]] std::size_t pixel_group()
         const noexcept;  ///< items of the one-item-a-pixel kernels' groups: 16 on CPUs, 64 (two warps) on GPUs
+    [[nodiscard]] int host_threads() const noexcept;  ///< threads that the host itself may use
 
     /// Kernel `name` of cl/`file` (embedded, or an absolute path), compiled with `defines` ("IR_M" -> "16"); programs
     /// are cached by (file, defines). If the environment variable IRRADIA_CL_DIR names a folder, its files are taken
-    /// before the embedded ones.
-    Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines);
+    /// before the embedded ones. `registers`: that an item may have at most, where the device's compiler can be told
+    /// (NVIDIA's); 0: as many as it likes. With fewer more groups run at once, which hides what memory takes.
+    Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines,
+                  int registers = 0);
 
     Buffer allocate(std::size_t bytes);                  ///< uninitialised
     Buffer upload(const void* data, std::size_t bytes);  ///< allocate + write

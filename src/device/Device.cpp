@@ -221,13 +221,16 @@ Device::~Device() = default;
 
 const DeviceDescription& Device::description() const noexcept { return impl_->session->device.description; }
 bool Device::cpu_traversal() const noexcept { return impl_->cpu_traversal; }
+int Device::host_threads() const noexcept { return impl_->session->host_threads; }
 std::size_t Device::tile() const noexcept { return impl_->cpu_traversal ? 16 : 1; }
-std::size_t Device::group_size() const noexcept { return impl_->cpu_traversal ? 64 : 128; }
+std::size_t Device::group_size() const noexcept { return impl_->cpu_traversal ? 64 : 256; }
 std::size_t Device::pixel_group() const noexcept { return impl_->cpu_traversal ? 16 : 64; }
 
 Kernel Device::kernel(const std::string& file, const std::string& name,
-                      const std::map<std::string, std::string>& defines) {
+                      const std::map<std::string, std::string>& defines, int registers) {
     std::string options = "-cl-std=CL1.2";
+    if (registers > 0 && impl_->session->device.description.platform == "NVIDIA CUDA")
+        options += " -cl-nv-maxrregcount=" + std::to_string(registers);
     if (impl_->cpu_traversal) options += " -D IR_CPU=1";
     for (const auto& [symbol, value] : defines) options += " -D " + symbol + (value.empty() ? "" : "=" + value);
 

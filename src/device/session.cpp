@@ -1,6 +1,7 @@
 #include "device/session.h"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "irradia/Error.h"
@@ -14,6 +15,9 @@ constexpr std::size_t kManyPending = 256;
 Session::Session(const DeviceOptions& options) : device(select_device(options.select)) {
     if (options.threads < 0) throw Error("--threads: " + std::to_string(options.threads) + " is negative");
     if (options.threads > 0 && device.description.is_cpu) limit_threads(options.threads);
+    const auto all = static_cast<int>(device.description.is_cpu ? device.description.compute_units
+                                                                : std::max(std::thread::hardware_concurrency(), 1u));
+    host_threads = options.threads > 0 ? std::min(options.threads, all) : all;
     cl_int status = CL_SUCCESS;
     const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
                                                 reinterpret_cast<cl_context_properties>(device.platform), 0};

@@ -17,6 +17,7 @@ public:
     FoundDevice device;  ///< description: of the whole device, also if `id` is a part of it
     cl_context context = nullptr;
     cl_command_queue queue = nullptr;
+    int host_threads = 1;  ///< that the host itself may use
 
     explicit Session(const DeviceOptions& options);
     ~Session();

@@ -1,9 +1,10 @@
-// Irradiance and radiance caching. The image is cut into 16x16 blocks; iteration `it` handles one pixel of every block
-// at once:
+// Irradiance and radiance caching. The image is cut into 16x16 blocks; iteration `it` is one pixel of every block.
+// Iterations are taken in steps (iteration_order.h), of one at first and of many at last, and a step in rounds:
 //   1. find_misses         a camera ray; at its diffuse hit look into the octree; without enough records the point goes
-//                          on the record stack;
+//                          on a list, from which one of a tile at most goes on the record stack;
 //   2. sample_hemispheres  one record for every point on the stack;
-//   3. insert_records      neighbour clamp, then into the octree, which the next iteration looks into.
+//   3. insert_records      neighbour clamp, then into the octree, which the next round looks into, for the points that
+//                          have been left, until none wants a record.
 // Radiance caching does the same once more for the glossy parts of surfaces, with records of its own.
 // Before them the irradiance grid is filled, which answers the hemispheres' second bounce. After the 256 iterations
 // every pixel is shaded with all its samples. Where a sample finds no record, because clamping un-covered it or because
@@ -74,6 +75,8 @@ CachingRenderer::Caching::Caching(Run& run)
 void CachingRenderer::Caching::begin_view() {
     stage_ = Stage::records;
     iteration_ = settled_ = 0;
+    left_.clear();
+    left_lobes_.clear();
     round_ = 1;
     before_ = known();
     schedule_.reset();
@@ -92,7 +95,7 @@ std::vector<std::uint32_t> CachingRenderer::Caching::go_on(Film& film) {
             run_.phase("records");
         }
         schedule_.emplace(static_cast<int>(run_.scene.info.width), static_cast<int>(run_.scene.info.height), run_.spp(),
-                          run_.settings.pixel_error);
+                          run_.settings.pixel_error, run_.device.host_threads());
         if (!counted_.empty()) schedule_->spare(counted_, spared_spp_);
         stage_ = Stage::samples;
     }
@@ -176,12 +179,12 @@ void CachingRenderer::Caching::state(Checkpoint& c) {
     grid_.state(c);
     if (radiance_) radiance_->state(c);
     c(views_)(grid_paths_)(known_)(counted_)(spared_spp_);
-    c(stage_)(iteration_)(settled_)(round_)(before_);
-    if (c.has(schedule_, [&] { schedule_.emplace(1, 1, 1, 0.0); })) schedule_->state(c);
+    c(stage_)(iteration_)(left_)(left_lobes_)(settled_)(round_)(before_);
+    if (c.has(schedule_, [&] { schedule_.emplace(1, 1, 1, 0.0, run_.device.host_threads()); })) schedule_->state(c);
     if (c.has(sweep_, [&] { sweep_.emplace(); })) {
         Sweep& s = *sweep_;
-        c(s.pixels)(s.begin)(s.end)(s.known)(s.first)(s.sample)(s.seen)(s.seen_lobes);
-        for (Missed* missed : {&s.missed, &s.missed_lobes}) c(missed->pixels)(missed->points);
+        c(s.pixels)(s.begin)(s.end)(s.known)(s.first)(s.sample);
+        c(s.missed)(s.missed_lobes)(s.earlier)(s.earlier_lobes);
     }
     if (!c.reading()) return;
     made_.clear();  // the fault that they would show shows again

@@ -12,6 +12,7 @@
 #include "render/hemispheres.h"
 #include "render/irradiance_grid.h"
 #include "render/methods.h"
+#include "render/point_list.h"
 #include "render/radiance_cache.h"
 #include "render/sample_schedule.h"
 
@@ -39,28 +40,25 @@ private:
     struct Known {
         std::uint64_t records = 0, lobes = 0;
     };
-    /// Pixels with a sample that no record reaches, and the first such place of each.
-    struct Missed {
-        std::vector<std::uint32_t> pixels;
-        std::vector<shared::ShadingPoint> points;
-    };
+    /// Places that no record reaches, one a pixel.
+    using Missed = std::vector<shared::ShadingPoint>;
     /// Places where records were made in one pass: the same place twice is a fault.
     using Made = std::set<std::tuple<std::uint32_t, float, float, float>>;
     /// Buffers of launches of shade_pixels, up to chunk_ pixels each.
     struct Launch {
-        Buffer film, points, lobe_points;
-        std::vector<float> sums;
-        std::vector<shared::ShadingPoint> host;  // filled where pixels miss records
+        Buffer film;
+        PointList points, lobe_points;
+        UntouchedVector<float> sums;
     };
     /// Samples [begin, end) of pixels being added to the film, launch by launch.
     struct Sweep {
         std::vector<std::uint32_t> pixels;
         std::uint32_t begin = 0, end = 0;
-        std::uint8_t known = 0;                      // the film has all but the samples' indirect light
-        std::uint64_t first = 0;                     // of pixels: the present launch's
-        std::uint32_t sample = 0;                    // its next one
-        Missed missed, missed_lobes;                 // of irradiance, and of radiance
-        std::vector<std::uint8_t> seen, seen_lobes;  // pixels of the launch that are among them
+        std::uint8_t known = 0;                        // the film has all but the samples' indirect light
+        std::uint64_t first = 0;                       // of pixels: the present launch's
+        std::uint32_t sample = 0;                      // its next one
+        Missed missed, missed_lobes;                   // of irradiance, and of radiance: the first place of each pixel
+        std::uint64_t earlier = 0, earlier_lobes = 0;  // of these, in pixels of earlier launches
     };
     enum class Stage : std::uint32_t { records, samples, finished };
 
@@ -74,6 +72,7 @@ private:
     void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);
     void make_lobe_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);
     void place_records();
+    void place_round(PointList& points, PointList& lobe_points);
     void settle_disagreements();
     RecordStack choose(const Missed& missed, Made& made) const;
 
@@ -83,8 +82,6 @@ private:
     void sweep(Film& film);
     void start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end, bool known);
     Launch& launch(const Film& film);
-    void add_missed(const Buffer& points, const std::vector<std::uint32_t>& part, Missed& missed,
-                    std::vector<std::uint8_t>& seen);
 
     Run& run_;
     RecordCache cache_;
@@ -102,9 +99,10 @@ private:
 
     // The view being rendered.
     Stage stage_ = Stage::records;
-    std::uint32_t iteration_ = 0, settled_ = 0;  // done
-    std::uint32_t round_ = 1;                    // of shading: the next one that makes records
-    Known before_;                               // it
+    std::uint32_t iteration_ = 0, settled_ = 0;     // done
+    std::vector<std::uint32_t> left_, left_lobes_;  // pixels of the present step of iterations that may want more
+    std::uint32_t round_ = 1;                       // of shading: the next one that makes records
+    Known before_;                                  // it
     std::optional<SampleSchedule> schedule_;
     std::optional<Sweep> sweep_;
     Made made_, made_lobes_;  // in the present pass

@@ -5,10 +5,18 @@
 
 namespace irradia {
 
-Film::Film(int width, int height, bool aovs) : width_(width), height_(height), channels_(aovs ? 13 : 6) {
+Film::Film(int width, int height, bool aovs, int threads)
+    : width_(width), height_(height), threads_(threads), channels_(aovs ? 13 : 6) {
     const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    sum_.assign(n * channels_, 0.0);
-    count_.assign(n, 0);
+    sum_ = filled(threads, n * channels_, 0.0);
+    count_ = filled(threads, n, std::uint64_t{0});
+}
+
+void Film::clear() {
+    if (!used_) return;
+    sum_ = filled(threads_, sum_.size(), 0.0);
+    count_ = filled(threads_, count_.size(), std::uint64_t{0});
+    used_ = false;
 }
 
 void Film::add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples) {
@@ -17,18 +25,26 @@ void Film::add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples
     count_[pixel] += samples;
 }
 
-void Film::add(const std::vector<float>& sums, std::size_t first, std::size_t count, std::uint32_t samples) {
-    for (std::size_t i = 0; i < count; ++i) add_pixel(&sums[i * channels_], first + i, samples);
+void Film::add(std::span<const float> sums, std::size_t first, std::size_t count, std::uint32_t samples) {
+    used_ = true;
+    in_ranges(threads_, count, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) add_pixel(&sums[i * channels_], first + i, samples);
+    });
 }
 
-void Film::add(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples) {
-    for (std::size_t i = 0; i < pixels.size(); ++i) add_pixel(&sums[i * channels_], pixels[i], samples);
+void Film::add(std::span<const float> sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples) {
+    used_ = true;
+    in_ranges(threads_, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) add_pixel(&sums[i * channels_], pixels[i], samples);
+    });
 }
 
-void Film::add_indirect(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels) {
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-        for (std::size_t c = 3; c < 6; ++c)
-            sum_[pixels[i] * channels_ + c] += static_cast<double>(sums[i * channels_ + c]);
+void Film::add_indirect(std::span<const float> sums, const std::vector<std::uint32_t>& pixels) {
+    in_ranges(threads_, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (std::size_t c = 3; c < 6; ++c)
+                sum_[pixels[i] * channels_ + c] += static_cast<double>(sums[i * channels_ + c]);
+    });
 }
 
 void Film::clear_indirect(std::uint32_t pixel) { std::fill_n(&sum_[pixel * channels_ + 3], 3, 0.0); }
@@ -55,10 +71,13 @@ Image Film::image(const RenderSettings& settings) const {
         Layer l;
         l.name = name;
         l.channels = channels;
-        l.data.reserve(pixels() * static_cast<std::size_t>(channels));
-        for (std::size_t i = 0; i < pixels(); ++i)
-            for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c)
-                l.data.push_back(static_cast<float>(mean(i, first + c) + (beauty ? mean(i, 3 + c) : 0.0)));
+        const auto n = static_cast<std::size_t>(channels);
+        l.data.resize(pixels() * n);
+        in_ranges(threads_, pixels(), [&](std::size_t, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                for (std::size_t c = 0; c < n; ++c)
+                    l.data[i * n + c] = static_cast<float>(mean(i, first + c) + (beauty ? mean(i, 3 + c) : 0.0));
+        });
         image.layers.push_back(std::move(l));
     };
     layer("", 3, 0, true);

@@ -1,8 +1,10 @@
 // What the pixels have gathered: sums in double, so that 100 000 samples a pixel lose no precision.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "core/in_ranges.h"
 #include "irradia/Checkpoint.h"
 #include "irradia/Image.h"
 #include "irradia/Renderer.h"
@@ -11,18 +13,21 @@ namespace irradia {
 
 class Film {
 public:
-    Film(int width, int height, bool aovs);
+    /// `threads`: of the host, for what is done to all pixels.
+    Film(int width, int height, bool aovs, int threads = 1);
+    /// Forgets everything.
+    void clear();
 
     [[nodiscard]] std::size_t pixels() const noexcept { return count_.size(); }
     /// Floats a pixel of a kernel's film buffer: IR_FILM_CHANNELS of cl/film.h.
     [[nodiscard]] std::size_t channels() const noexcept { return channels_; }
 
     /// Adds a kernel's sums over `samples` samples: slot i of `sums` belongs to pixel first + i ...
-    void add(const std::vector<float>& sums, std::size_t first, std::size_t count, std::uint32_t samples);
+    void add(std::span<const float> sums, std::size_t first, std::size_t count, std::uint32_t samples);
     /// ... or to pixel pixels[i].
-    void add(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples);
+    void add(std::span<const float> sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples);
     /// Indirect light of samples whose other channels the film holds already, after clear_indirect().
-    void add_indirect(const std::vector<float>& sums, const std::vector<std::uint32_t>& pixels);
+    void add_indirect(std::span<const float> sums, const std::vector<std::uint32_t>& pixels);
     void clear_indirect(std::uint32_t pixel);
     /// Samples that pixel i has gathered.
     [[nodiscard]] std::uint64_t samples(std::uint32_t pixel) const { return count_[pixel]; }
@@ -41,15 +46,19 @@ public:
     /// The picture and the layers asked for ("records" is left empty: the cache knows where they lie).
     [[nodiscard]] Image image(const RenderSettings& settings) const;
     /// Of a film of the same size and channels.
-    void state(Checkpoint& checkpoint) { checkpoint(sum_)(count_); }
+    void state(Checkpoint& checkpoint) {
+        used_ = true;
+        checkpoint(sum_)(count_);
+    }
 
 private:
     void add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples);
 
-    int width_, height_;
+    int width_, height_, threads_;
     std::size_t channels_;
-    std::vector<double> sum_;
-    std::vector<std::uint64_t> count_;
+    bool used_ = false;  // has anything been added?
+    UntouchedVector<double> sum_;
+    UntouchedVector<std::uint64_t> count_;
 };
 
 }  // namespace irradia

@@ -7,13 +7,15 @@
 
 namespace irradia {
 namespace {
-constexpr std::size_t pixels_a_launch = 1024;
-}
+// A GPU runs some five hundred hemispheres at once: launches of not many more leave half of it idle at their end.
+constexpr std::size_t pixels_a_launch_cpu = 1024, pixels_a_launch_gpu = 16384;
+}  // namespace
 
 void render_gather(Run& run, Film& film, SamplePosition& at) {
     HemisphereSampler hemispheres(run, Hemispheres::irradiance);
     const IrradianceGrid no_grid(run);
-    const std::size_t chunk = std::min(film.pixels(), pixels_a_launch);
+    const std::size_t chunk =
+        std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
     Buffer points = run.device.allocate(chunk * sizeof(shared::ShadingPoint));
     Buffer albedos = run.device.allocate(chunk * 3 * sizeof(float));

@@ -21,6 +21,8 @@ public:
     /// depth is limited (an estimate left at a path's third vertex does not know how many edges the asker has left).
     void fill();
 
+    /// Are kernels those that ask it?
+    [[nodiscard]] bool used() const noexcept { return on_; }
     /// Definitions of kernels that take IR_GRID's arguments.
     [[nodiscard]] std::map<std::string, std::string> defines() const;
     /// Sets the two arguments: cells and parameters.

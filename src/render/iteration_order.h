@@ -1,12 +1,17 @@
 // The order in which the pixels of a 16x16 block are visited: coarse to fine, so that the first records are far apart
 // and later ones fill in between. Closed form of the thesis's table 3.1 (which lists 64 of the 256 entries).
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 namespace irradia {
 
 constexpr std::uint32_t block_edge = 16;        ///< pixels
 constexpr std::uint32_t iteration_count = 256;  ///< one pixel of every block each
+
+constexpr std::size_t block_count(std::uint32_t width, std::uint32_t height) {
+    return std::size_t{(width + block_edge - 1) / block_edge} * ((height + block_edge - 1) / block_edge);
+}
 
 struct BlockPixel {
     std::uint32_t x, y;
@@ -23,5 +28,13 @@ constexpr BlockPixel block_pixel(std::uint32_t it) {
     }
     return {static_cast<std::uint32_t>(x + 16) % 16u, static_cast<std::uint32_t>(y + 16) % 16u};
 }
+
+/// Iterations are taken in steps: [it, step_end(it)) at once. The first records are one a block each, far apart. When
+/// pixels four, and at last two, apart are looked at few want more, and those of many iterations together keep a device
+/// busy where those of one would not.
+constexpr std::uint32_t step_end(std::uint32_t it) { return it < 16 ? it + 1 : it < 64 ? it + 16 : it + 64; }
+
+/// Edge in pixels of the tiles of which one pixel gets a record at once, in the step that begins with iteration `it`.
+constexpr std::uint32_t step_tile(std::uint32_t it) { return it < 16 ? block_edge : 8; }
 
 }  // namespace irradia

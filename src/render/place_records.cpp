@@ -1,6 +1,8 @@
 // Where records are made: at the points that the iterations find without enough of them, between radiance records that
 // disagree, and where shading found none.
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <unordered_set>
 
 #include "irradia/Error.h"
@@ -10,11 +12,37 @@
 namespace irradia {
 namespace {
 
-// The points of an array that want a record.
-RecordStack wanting(const std::vector<shared::ShadingPoint>& points) {
+// Pixels of iterations [first, end) of all blocks, in ascending order.
+std::vector<std::uint32_t> pixels_of(std::uint32_t first, std::uint32_t end, std::uint32_t width,
+                                     std::uint32_t height) {
+    std::array<std::vector<std::uint32_t>, block_edge> columns;  // of each row of a block
+    for (std::uint32_t it = first; it < end; ++it) columns[block_pixel(it).y].push_back(block_pixel(it).x);
+    for (std::vector<std::uint32_t>& row : columns) std::sort(row.begin(), row.end());
+    std::vector<std::uint32_t> pixels;
+    pixels.reserve(block_count(width, height) * (end - first));
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t block = 0; block < width; block += block_edge)
+            for (const std::uint32_t x : columns[y % block_edge])
+                if (block + x < width) pixels.push_back(y * width + block + x);
+    return pixels;
+}
+
+// Of the points that want a record those that get one at once: one of each tile, since a record often covers others,
+// and at most `most`. All others that wanted one are left in `left`, if they were among it.
+RecordStack take(const PointList& points, std::uint32_t width, std::uint32_t tile, std::size_t most,
+                 std::vector<std::uint32_t>& left) {
     RecordStack stack;
-    for (std::uint32_t i = 0; i < points.size(); ++i)
-        if (points[i].state != IR_POINT_NONE) stack.indices.push_back(i);
+    std::vector<std::uint32_t> later;
+    std::unordered_set<std::uint64_t> tiles;
+    for (std::size_t i = 0; i < points.points().size(); ++i) {
+        const std::uint32_t pixel = points.points()[i].pixel, x = pixel % width / tile, y = pixel / width / tile;
+        if (!std::binary_search(left.begin(), left.end(), pixel)) continue;
+        if (stack.size() < most && tiles.insert((static_cast<std::uint64_t>(y) << 32) | x).second)
+            stack.indices.push_back(points.index(i));
+        else
+            later.push_back(pixel);
+    }
+    left = std::move(later);
     return stack;
 }
 
@@ -45,43 +73,56 @@ void CachingRenderer::Caching::make_lobe_records(const Buffer& points, const Rec
 }
 
 void CachingRenderer::Caching::place_records() {
-    const std::uint32_t blocks_x = (run_.scene.info.width + block_edge - 1) / block_edge;
-    const std::uint32_t blocks_y = (run_.scene.info.height + block_edge - 1) / block_edge;
-    const std::size_t blocks = static_cast<std::size_t>(blocks_x) * blocks_y;
-    Buffer points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
-    Buffer lobe_points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
-    std::vector<shared::ShadingPoint> host(blocks);
+    const std::uint32_t width = run_.scene.info.width, height = run_.scene.info.height;
+    std::size_t most = 0;
+    for (std::uint32_t it = 0; it < iteration_count; it = step_end(it))
+        most = std::max<std::size_t>(most, step_end(it) - it);
+    const std::size_t blocks = block_count(width, height);
+    PointList points(run_.device, most * blocks), lobe_points(run_.device, radiance_ ? most * blocks : 0);
+    while (iteration_ < iteration_count) {
+        run_.rest();
+        const std::uint32_t end = step_end(iteration_);
+        if (left_.empty() && left_lobes_.empty()) {
+            left_ = pixels_of(iteration_, end, width, height);
+            if (radiance_) left_lobes_ = left_;
+        }
+        place_round(points, lobe_points);
+        if (!left_.empty() || !left_lobes_.empty()) continue;
+        iteration_ = end;
+        run_.report("records", records_share * iteration_ / iteration_count, record_count());
+    }
+}
+
+// Looks at the pixels left, makes records at some of those that want one, and leaves the others.
+void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_points) {
     std::map<std::string, std::string> defines = cache_.defines();
     if (radiance_) defines["IR_LOBES"] = "1";
-    for (; iteration_ < iteration_count; ++iteration_) {
-        run_.rest();
-        const BlockPixel pixel = block_pixel(iteration_);
-        Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", defines);
-        cache_.bind(kernel, true);
-        if (radiance_) radiance_->bind(kernel, true).arg(lobe_points);
-        kernel.arg(points)
-            .arg(pixel.x)
-            .arg(pixel.y)
-            .arg(blocks_x)
-            .arg(static_cast<std::uint32_t>(blocks))
-            .run(group_count(blocks, run_.device.pixel_group()), run_.device.pixel_group());
-        run_.device.read(points, host.data(), blocks * sizeof host[0]);
-        run_.statistics.rays["camera"] += blocks;
-        make_records(points, wanting(host), salt(0));
-        if (radiance_) {
-            run_.device.read(lobe_points, host.data(), blocks * sizeof host[0]);
-            make_lobe_records(lobe_points, wanting(host), salt(0));
-        }
-        ++run_.statistics.iterations;
-        run_.report("records", records_share * (iteration_ + 1) / iteration_count, record_count());
+    std::vector<std::uint32_t> asked;
+    std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(asked));
+    Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", defines);
+    cache_.bind(kernel, true);
+    if (radiance_) radiance_->bind(kernel, true).arg(lobe_points.emptied());
+    kernel.arg(points.emptied())
+        .arg(run_.device.upload(asked))
+        .arg(static_cast<std::uint32_t>(asked.size()))
+        .run(group_count(asked.size(), run_.device.pixel_group()), run_.device.pixel_group());
+    run_.statistics.rays["camera"] += asked.size();
+    const std::uint32_t width = run_.scene.info.width, tile = step_tile(iteration_);
+    // No more at once than blocks: memory for radiance records' samples is by batch.
+    const std::size_t most = block_count(width, run_.scene.info.height);
+    points.read();
+    make_records(points.buffer(), take(points, width, tile, most, left_), salt(0));
+    if (radiance_) {
+        lobe_points.read();
+        make_lobe_records(lobe_points.buffer(), take(lobe_points, width, tile, most, left_lobes_), salt(0));
     }
+    ++run_.statistics.iterations;
 }
 
 // Radiance records that disagree about a pixel get others between them: one a round in a 4x4 tile.
 void CachingRenderer::Caching::settle_disagreements() {
     if (!radiance_ || run_.settings.glossy_spread <= 0 || radiance_->records().size() == 0) return;
-    Buffer points = run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint));
-    std::vector<shared::ShadingPoint> host(chunk_);
+    PointList points(run_.device, chunk_);
     const std::size_t asked =
         (run_.scene.info.width + 1) / 2 * static_cast<std::size_t>((run_.scene.info.height + 1) / 2);
     while (settled_ < disagreement_rounds) {
@@ -91,21 +132,17 @@ void CachingRenderer::Caching::settle_disagreements() {
             const std::size_t count = std::min(chunk_, asked - first);
             Kernel kernel = run_.scene_kernel("find_disagreements.cl", "find_disagreements", cache_.defines());
             radiance_->bind(kernel, false)
-                .arg(points)
+                .arg(points.emptied())
                 .arg(static_cast<std::uint32_t>(first))
                 .arg(static_cast<std::uint32_t>(count))
                 .run(group_count(count, run_.device.pixel_group()), run_.device.pixel_group());
-            run_.device.read(points, host.data(), count * sizeof host[0]);
-            for (std::size_t i = 0; i < count; ++i)
-                if (host[i].state != IR_POINT_NONE) {
-                    missed.pixels.push_back(host[i].pixel);
-                    missed.points.push_back(host[i]);
-                }
+            points.read();
+            missed.insert(missed.end(), points.points().begin(), points.points().end());
         }
         Made made;
         const RecordStack stack = choose(missed, made);
         if (stack.empty()) return;
-        make_lobe_records(run_.device.upload(missed.points), stack, salt(disagreement_salt + ++settled_));
+        make_lobe_records(run_.device.upload(missed), stack, salt(disagreement_salt + ++settled_));
         ++run_.statistics.iterations;
         run_.report("records", records_share, record_count());
     }
@@ -116,9 +153,9 @@ void CachingRenderer::Caching::settle_disagreements() {
 RecordStack CachingRenderer::Caching::choose(const Missed& missed, Made& made) const {
     RecordStack stack;
     std::unordered_set<std::uint64_t> tiles;
-    for (std::uint32_t i = 0; i < missed.pixels.size(); ++i) {
-        const shared::ShadingPoint& q = missed.points[i];
-        const std::uint32_t x = missed.pixels[i] % run_.scene.info.width, y = missed.pixels[i] / run_.scene.info.width;
+    for (std::uint32_t i = 0; i < missed.size(); ++i) {
+        const shared::ShadingPoint& q = missed[i];
+        const std::uint32_t x = q.pixel % run_.scene.info.width, y = q.pixel / run_.scene.info.width;
         if (!tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second) continue;
         stack.indices.push_back(i);
         if (!made.insert({q.pixel, q.px, q.py, q.pz}).second)

@@ -84,7 +84,8 @@ struct Renderer::Impl {
           given(asked),
           progress(std::move(callback)),
           run(scene, device, settings, progress),
-          film(static_cast<int>(scene.info.width), static_cast<int>(scene.info.height), run.aovs()) {
+          film(static_cast<int>(scene.info.width), static_cast<int>(scene.info.height), run.aovs(),
+               device.host_threads()) {
         const bool caches = asked.method == Method::irradiance || asked.method == Method::radiance;
         if (caches && !searches(asked)) caching = std::make_unique<CachingRenderer>(run);
     }
@@ -92,7 +93,7 @@ struct Renderer::Impl {
     void begin(const shared::Camera& camera) {
         if (std::exchange(started, true)) run.restart();  // what comes before the first view is part of it
         run.set_camera(camera);
-        film = Film(static_cast<int>(run.scene.info.width), static_cast<int>(run.scene.info.height), run.aovs());
+        film.clear();
         position = {};
         if (!searches(given)) return;
         settings = given;

@@ -85,9 +85,10 @@ std::map<std::string, std::string> Run::scene_defines() const {
     return defines;
 }
 
-Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines) {
+Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines,
+                         int registers) {
     defines.merge(scene_defines());
-    Kernel kernel = device.kernel(file, name, defines);
+    Kernel kernel = device.kernel(file, name, defines, registers);
     kernel.arg(nodes_)
         .arg(leaves_)
         .arg(analytics_)

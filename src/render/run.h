@@ -23,7 +23,8 @@ public:
     RenderStatistics statistics;
 
     /// A kernel specialised by what the scene needs, with IR_SCENE_ARGS set.
-    Kernel scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines);
+    Kernel scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines,
+                        int registers = 0);
     /// Definitions every kernel that traces rays gets.
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
     /// Another view of the scene: kernels set up from now on see it through this camera.

@@ -8,16 +8,17 @@ namespace {
 constexpr std::uint32_t first_pass = 8;  // samples: with as many again the first estimate is made
 }
 
-SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error)
+SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads)
     : width_(width),
       height_(height),
+      threads_(threads),
       spp_(spp),
       end_(pixel_error > 0 ? std::min(spp, first_pass) : spp),
       pixel_error_(pixel_error),
       pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-      before_(pixels_.size(), 0.0),
-      taken_(pixels_.size(), 0),
-      errors_(pixels_.size(), -1.0) {
+      before_(filled(threads, pixels_.size(), 0.0)),
+      taken_(filled(threads, pixels_.size(), 0u)),
+      errors_(filled(threads, pixels_.size(), -1.0)) {
     std::iota(pixels_.begin(), pixels_.end(), 0u);
 }
 
@@ -25,17 +26,15 @@ SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double 
 // (a - b)^2 n0 n1 / (n0 + n1)^2, on average without bias; of stratified samples it is too large, which is safe. One
 // such estimate has one degree of freedom only: it is averaged over those of the 3x3 pixels around that take as many
 // samples, which also lets an edge be found that a pixel's own samples have missed.
-std::vector<double> SampleSchedule::squared_errors(const std::vector<double>& now) {
+void SampleSchedule::estimate_errors(const UntouchedVector<double>& now) {
     constexpr double none = -1;
-    map_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), none);
+    if (map_.empty()) map_ = filled(threads_, taken_.size(), none);
     const double n0 = first_, n1 = end_ - first_, n = end_;
-    for (std::size_t k = 0; k < pixels_.size(); ++k) {
+    for_pixels([&](std::size_t k, std::uint32_t i) {
         const double later = (now[k] * n - before_[k] * n0) / n1;
-        map_[pixels_[k]] = (later - before_[k]) * (later - before_[k]) * n0 * n1 / (n * n);
-    }
-    std::vector<double> errors;
-    errors.reserve(pixels_.size());
-    for (const std::uint32_t i : pixels_) {
+        map_[i] = (later - before_[k]) * (later - before_[k]) * n0 * n1 / (n * n);
+    });
+    for_pixels([&](std::size_t, std::uint32_t i) {
         const int x = static_cast<int>(i) % width_, y = static_cast<int>(i) / width_;
         double sum = 0, places = 0;
         for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v)
@@ -46,28 +45,46 @@ std::vector<double> SampleSchedule::squared_errors(const std::vector<double>& no
                 sum += e;
                 ++places;
             }
-        errors.push_back(sum / places);
-    }
-    for (const std::uint32_t i : pixels_) map_[i] = none;
-    return errors;
+        errors_[i] = sum / places;
+    });
+    for_pixels([&](std::size_t, std::uint32_t i) { map_[i] = none; });
+}
+
+namespace {
+
+// Sum of f(now[k]), taken by range.
+template <class F>
+double sum_of(int threads, const UntouchedVector<double>& now, const F& f) {
+    std::vector<double> sums(range_count(now.size()), 0.0);
+    in_ranges(threads, now.size(), [&](std::size_t range, std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t k = begin; k < end; ++k) sum += f(now[k]);
+        sums[range] = sum;
+    });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+}  // namespace
+
+// Mean luminances of pixels_.
+UntouchedVector<double> SampleSchedule::luminances(const Film& film) const {
+    UntouchedVector<double> now(pixels_.size());
+    for_pixels([&](std::size_t k, std::uint32_t i) { now[k] = film.luminance(i); });
+    return now;
 }
 
 void SampleSchedule::advance(const Film& film) {
-    std::vector<double> now(pixels_.size());
-    for (std::size_t k = 0; k < now.size(); ++k) now[k] = film.luminance(pixels_[k]);
+    const UntouchedVector<double> now = luminances(film);
     if (first_ == 0) {  // one mean, nothing to compare it with; but the picture's mean, without what lamps in view add
-        double mean = std::accumulate(now.begin(), now.end(), 0.0) / static_cast<double>(now.size());
-        for (int round = 0; round < 3; ++round) {
-            double sum = 0;
-            for (const double l : now) sum += std::min(l, 4 * mean);
-            mean = sum / static_cast<double>(now.size());
-        }
+        const auto count = static_cast<double>(now.size());
+        double mean = sum_of(threads_, now, [](double l) { return l; }) / count;
+        for (int round = 0; round < 3; ++round)
+            mean = sum_of(threads_, now, [mean](double l) { return std::min(l, 4 * mean); }) / count;
         mean_ = mean;
     } else {
-        const std::vector<double> errors = squared_errors(now);
-        for (std::size_t k = 0; k < errors.size(); ++k) errors_[pixels_[k]] = errors[k];
+        estimate_errors(now);
     }
-    for (const std::uint32_t i : pixels_) taken_[i] = end_;
+    for_pixels([&](std::size_t, std::uint32_t i) { taken_[i] = end_; });
     choose(film);
 }
 
@@ -80,19 +97,31 @@ bool SampleSchedule::wants_more(std::uint32_t pixel) const {
 // The next pass: of the pixels that want more samples those that have fewest.
 void SampleSchedule::choose(const Film& film) {
     constexpr std::uint32_t none = 0xffffffffu;
+    struct Wanting {
+        std::uint32_t fewest = none;
+        std::vector<std::uint32_t> pixels;
+    };
+    std::vector<Wanting> ranges(range_count(taken_.size()));
+    in_ranges(threads_, taken_.size(), [&](std::size_t range, std::size_t begin, std::size_t end) {
+        Wanting w;
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto pixel = static_cast<std::uint32_t>(i);
+            if (taken_[i] > w.fewest || !wants_more(pixel)) continue;
+            if (taken_[i] < w.fewest) w.pixels.clear();
+            w.fewest = taken_[i];
+            w.pixels.push_back(pixel);
+        }
+        ranges[range] = std::move(w);
+    });
     std::uint32_t fewest = none;
+    for (const Wanting& w : ranges) fewest = std::min(fewest, w.fewest);
     pixels_.clear();
-    for (std::uint32_t i = 0; i < taken_.size(); ++i) {
-        if (taken_[i] > fewest || !wants_more(i)) continue;
-        if (taken_[i] < fewest) pixels_.clear();
-        fewest = taken_[i];
-        pixels_.push_back(i);
-    }
+    for (const Wanting& w : ranges)
+        if (w.fewest == fewest) pixels_.insert(pixels_.end(), w.pixels.begin(), w.pixels.end());
     if (fewest == none) return;
     first_ = fewest;
     end_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{2} * fewest, spp_));
-    before_.resize(pixels_.size());
-    for (std::size_t k = 0; k < pixels_.size(); ++k) before_[k] = film.luminance(pixels_[k]);
+    before_ = luminances(film);
 }
 
 void SampleSchedule::allow(const Film& film, std::uint32_t spp, double pixel_error) {

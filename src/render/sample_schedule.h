@@ -12,7 +12,8 @@ class SampleSchedule {
 public:
     /// `spp`: the most samples a pixel takes. `pixel_error`: the standard error allowed of a pixel's luminance,
     /// relative to the picture's mean; 0: every pixel takes all samples, in one pass.
-    SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error);
+    /// `threads`: of the host.
+    SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads = 1);
 
     /// The present pass: samples [first, end) of `pixels`. No pixels: all is done.
     [[nodiscard]] const std::vector<std::uint32_t>& pixels() const noexcept { return pixels_; }
@@ -35,20 +36,28 @@ public:
     void state(Checkpoint& checkpoint);
 
 private:
-    /// Of the present pass's pixels, from their luminances now and a pass ago.
-    [[nodiscard]] std::vector<double> squared_errors(const std::vector<double>& now);
+    /// Calls f(k, pixels_[k]) for all of them.
+    template <class F>
+    void for_pixels(const F& f) const {
+        in_ranges(threads_, pixels_.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+            for (std::size_t k = begin; k < end; ++k) f(k, pixels_[k]);
+        });
+    }
+    [[nodiscard]] UntouchedVector<double> luminances(const Film& film) const;
+    /// Sets errors_ of the present pass's pixels, from their luminances now and a pass ago.
+    void estimate_errors(const UntouchedVector<double>& now);
     [[nodiscard]] bool wants_more(std::uint32_t pixel) const;
     void choose(const Film& film);
 
-    int width_, height_;
+    int width_, height_, threads_;
     std::uint32_t spp_, first_ = 0, end_ = 0, spared_spp_ = 0;
     double pixel_error_, mean_ = 0;  // mean_: luminance of the picture, once known
     std::vector<std::uint32_t> pixels_;
-    std::vector<double> before_;         // luminance of each of pixels_ a pass ago
-    std::vector<double> map_;            // of the picture: squared errors of pixels_, else negative
-    std::vector<std::uint32_t> taken_;   // samples of each pixel
-    std::vector<double> errors_;         // squared error of each pixel's luminance; negative: not known yet
-    std::vector<std::uint8_t> counted_;  // empty: all
+    UntouchedVector<double> before_;        // luminance of each of pixels_ a pass ago
+    UntouchedVector<double> map_;           // of the picture: squared errors of pixels_, else negative
+    UntouchedVector<std::uint32_t> taken_;  // samples of each pixel
+    UntouchedVector<double> errors_;        // squared error of each pixel's luminance; negative: not known yet
+    std::vector<std::uint8_t> counted_;     // empty: all
 };
 
 }  // namespace irradia

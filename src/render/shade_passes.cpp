@@ -23,6 +23,20 @@ void add_octree(RenderStatistics& s, const RecordCache& cache) {
     s.octree_growths += cache.octree().growths;
 }
 
+// Adds the points that a launch has found to `missed`; of a pixel that an earlier launch of the same pixels (from
+// missed[first] on) has found, that first one counts.
+void add_missed(PointList& points, std::size_t first, std::vector<shared::ShadingPoint>& missed) {
+    const auto by_pixel = [](const shared::ShadingPoint& a, const shared::ShadingPoint& b) {
+        return a.pixel < b.pixel;
+    };
+    points.read();
+    const std::size_t known = missed.size();
+    const auto at = [&](std::size_t i) { return missed.begin() + static_cast<std::ptrdiff_t>(i); };
+    for (const shared::ShadingPoint& q : points.points())
+        if (!std::binary_search(at(first), at(known), q, by_pixel)) missed.push_back(q);
+    std::inplace_merge(at(first), at(known), missed.end(), by_pixel);
+}
+
 }  // namespace
 
 // Whatever the schedule wants; the pixels of records made since `before_`.
@@ -74,14 +88,15 @@ void CachingRenderer::Caching::shade_pass(Film& film) {
         sweep(film);
         const Missed &missed = sweep_->missed, &missed_lobes = sweep_->missed_lobes;
         const RecordStack stack = choose(missed, made_), lobe_stack = choose(missed_lobes, made_lobes_);
-        if (!stack.empty()) make_records(run_.device.upload(missed.points), stack, salt(round_));
-        if (!lobe_stack.empty()) make_lobe_records(run_.device.upload(missed_lobes.points), lobe_stack, salt(round_));
+        if (!stack.empty()) make_records(run_.device.upload(missed), stack, salt(round_));
+        if (!lobe_stack.empty()) make_lobe_records(run_.device.upload(missed_lobes), lobe_stack, salt(round_));
         if (!stack.empty() || !lobe_stack.empty()) {
             ++run_.statistics.iterations;
             ++round_;
         }
-        std::vector<std::uint32_t> pixels = missed.pixels;
-        pixels.insert(pixels.end(), missed_lobes.pixels.begin(), missed_lobes.pixels.end());
+        std::vector<std::uint32_t> pixels;
+        for (const Missed* const m : {&missed, &missed_lobes})
+            for (const shared::ShadingPoint& q : *m) pixels.push_back(q.pixel);
         std::sort(pixels.begin(), pixels.end());
         pixels.erase(std::unique(pixels.begin(), pixels.end()), pixels.end());
         for (const std::uint32_t pixel : pixels) sweep_->known != 0 ? film.clear_indirect(pixel) : film.clear(pixel);
@@ -113,11 +128,11 @@ void CachingRenderer::Caching::sweep(Film& film) {
             const std::uint32_t samples = std::min(samples_a_launch, s.end - s.sample);
             Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
             cache_.bind(kernel, false);
-            if (radiance_) radiance_->bind(kernel, false).arg(launch.lobe_points);
+            if (radiance_) radiance_->bind(kernel, false).arg(launch.lobe_points.emptied());
             grid_.bind(kernel)
                 .arg(list)
                 .arg(launch.film)
-                .arg(launch.points)
+                .arg(launch.points.emptied())
                 .arg(run_.ray_counters())
                 .arg(static_cast<std::uint32_t>(part.size()))
                 .arg(s.sample)
@@ -128,10 +143,9 @@ void CachingRenderer::Caching::sweep(Film& film) {
                 .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
             run_.device.read(launch.film, launch.sums.data(), part.size() * film.channels() * sizeof(float));
             s.known != 0 ? film.add_indirect(launch.sums, part) : film.add(launch.sums, part, samples);
-            // The points, 80 bytes a pixel, are read where there are any.
             if (run_.collect_rays() > 0) {
-                add_missed(launch.points, part, s.missed, s.seen);
-                if (radiance_) add_missed(launch.lobe_points, part, s.missed_lobes, s.seen_lobes);
+                add_missed(launch.points, s.earlier, s.missed);
+                if (radiance_) add_missed(launch.lobe_points, s.earlier_lobes, s.missed_lobes);
             }
             s.sample += samples;
             const double part_done = static_cast<double>(s.sample - s.begin) / (s.end - s.begin);
@@ -142,33 +156,17 @@ void CachingRenderer::Caching::sweep(Film& film) {
                         record_count());
         }
         s.sample = s.begin;
-        s.seen.clear();
-        s.seen_lobes.clear();
+        s.earlier = s.missed.size();
+        s.earlier_lobes = s.missed_lobes.size();
     }
 }
 
 CachingRenderer::Caching::Launch& CachingRenderer::Caching::launch(const Film& film) {
     if (!launch_)
         launch_.emplace(Launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
-                               run_.device.allocate(chunk_ * sizeof(shared::ShadingPoint)),
-                               run_.device.allocate(radiance_ ? chunk_ * sizeof(shared::ShadingPoint) : 4),
-                               std::vector<float>(chunk_ * film.channels()),
-                               {}});
+                               PointList(run_.device, chunk_), PointList(run_.device, radiance_ ? chunk_ : 0),
+                               UntouchedVector<float>(chunk_ * film.channels())});
     return *launch_;
-}
-
-void CachingRenderer::Caching::add_missed(const Buffer& points, const std::vector<std::uint32_t>& part, Missed& missed,
-                                          std::vector<std::uint8_t>& seen) {
-    Launch& launch = *launch_;
-    launch.host.resize(std::max(launch.host.size(), part.size()));
-    seen.resize(part.size(), 0);
-    run_.device.read(points, launch.host.data(), part.size() * sizeof launch.host[0]);
-    for (std::size_t i = 0; i < part.size(); ++i)
-        if (launch.host[i].state != IR_POINT_NONE && seen[i] == 0) {
-            seen[i] = 1;
-            missed.pixels.push_back(part[i]);
-            missed.points.push_back(launch.host[i]);
-        }
 }
 
 }  // namespace irradia

@@ -1,6 +1,7 @@
 // Structs of the irradiance grid (cl/irradiance_grid.h) as they lie in device memory; see scene_types.h for the rules.
 #ifndef IRRADIA_SHARED_GRID_TYPES_H
 #define IRRADIA_SHARED_GRID_TYPES_H
+#include "irradia/shared/align.h"
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
 #include <cstdint>
@@ -27,7 +28,7 @@ typedef struct GridSum {
 } GridSum;                  // 32 bytes
 
 // A cell for look-ups: only those with enough estimates, hashed alike.
-typedef struct GridCell {
+typedef struct IR_ALIGNED_16 GridCell {
     uint key;
     float r, g, b;  // mean irradiance, W·m⁻²
 } GridCell;         // 16 bytes

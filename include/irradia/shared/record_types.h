@@ -1,6 +1,7 @@
 // Structs of the caching stages as they lie in device memory; see scene_types.h for the rules.
 #ifndef IRRADIA_SHARED_RECORD_TYPES_H
 #define IRRADIA_SHARED_RECORD_TYPES_H
+#include "irradia/shared/align.h"
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
 #include <cstdint>
@@ -13,7 +14,7 @@ using uint = std::uint32_t;
 #define IR_POINT_MISS 1u  // a surface point without enough records for its diffuse part
 #define IR_POINT_BUMPED 2u  // flag: a bump map turns n away from g, which then is the normal without the map
 #define IR_POINT_COATED(material) (((material) + 1u) << 8)  // flag: seen through the coat of this material
-typedef struct ShadingPoint {
+typedef struct IR_ALIGNED_16 ShadingPoint {
     float px, py, pz;              // position on the surface
     uint state;                    // IR_POINT_*, flags
     float nx, ny, nz;              // unit shading normal on the side that is seen
@@ -29,7 +30,7 @@ typedef struct ShadingPoint {
 
 // A record, in two parts: what every look-up reads of every candidate, and what only accepted ones need.
 // Support = the distance at which the weight reaches zero: a R (1.8), or the Hessian's ellipse (theory 6).
-typedef struct RecordKey {
+typedef struct IR_ALIGNED_16 RecordKey {
     float px, py, pz;
     float support1;       // along the direction of strongest curvature of E (and along the normal)
     float nx, ny, nz;     // unit normal of the sampled hemisphere
@@ -38,7 +39,7 @@ typedef struct RecordKey {
     uint coat;            // Material.coat of the surface: E counts what passes it; records of other coats do not apply
 } RecordKey;              // 48 bytes
 
-typedef struct RecordValue {
+typedef struct IR_ALIGNED_16 RecordValue {
     float e[3];            // irradiance by indirect light (what passes the coat), W·m⁻², RGB
     float rotation[9];     // rotational gradient (1.4), three world-space vectors, one a channel: dE = (n_i x n) . g
     float translation[9];  // translational gradient (1.5), likewise: dE = (p - p_i) . g

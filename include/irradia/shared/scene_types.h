@@ -2,6 +2,7 @@
 // kernels, so: plain scalars only, explicit padding, no float3. tests/device echoes every sizeof from a kernel.
 #ifndef IRRADIA_SHARED_SCENE_TYPES_H
 #define IRRADIA_SHARED_SCENE_TYPES_H
+#include "irradia/shared/align.h"
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
 #include <cstdint>
@@ -16,7 +17,7 @@ using uint = std::uint32_t;
 
 // ---- geometry ---------------------------------------------------------------------------------------------------
 // Positions are world positions minus SceneInfo.centre (subtracted in double on the host), in world units.
-typedef struct Vertex {
+typedef struct IR_ALIGNED_16 Vertex {
     float px, py, pz;  // position
     float nx, ny, nz;  // unit shading normal (unused if the triangle is flat)
     float u, v;        // texture coordinates
@@ -24,7 +25,7 @@ typedef struct Vertex {
 
 #define IR_TRIANGLE_FLAT 0x1u    // shade with the geometric normal; vertex normals are not read
 #define IR_TRIANGLE_HAS_UV 0x2u  // vertices carry texture coordinates (otherwise u, v are the barycentrics)
-typedef struct Triangle {
+typedef struct IR_ALIGNED_16 Triangle {
     float nx, ny, nz;  // unit geometric normal; (v1-v0) x (v2-v0), turned by flip_normals
     uint flags;        // IR_TRIANGLE_*
     uint v0, v1, v2;   // vertex indices
@@ -37,7 +38,7 @@ typedef struct Triangle {
 #define IR_ANALYTIC_SPHERE 0u
 #define IR_ANALYTIC_DISK 1u
 #define IR_ANALYTIC_CYLINDER 2u  // open at both ends
-typedef struct Analytic {
+typedef struct IR_ALIGNED_16 Analytic {
     float px, py, pz;  // centre; cylinder: centre of the base
     float radius;      // sphere, cylinder; disk: unused
     float nx, ny, nz;  // disk: unit normal; cylinder: unit axis
@@ -70,7 +71,7 @@ typedef struct Analytic {
 #define IR_MATERIAL_MIRRORED_MAP 0x8u  // flag: seen from behind, heights rise towards that side (a map within twosided)
 #define IR_NO_MATERIAL (-1)
 #define IR_COAT_TABLE 64u  // entries of a rough coat's transmittance table, over the cosine, 0 to 1
-typedef struct Material {
+typedef struct IR_ALIGNED_16 Material {
     uint kind, flags;  // IR_MATERIAL_*
     int back;          // material of the other side: its own index if both are alike, IR_NO_MATERIAL if that is black
     int texture;       // of the reflectance (replaces r, g, b) or IR_NO_TEXTURE
@@ -103,7 +104,7 @@ typedef struct Material {
 #define IR_WRAP_CLAMP 2u
 #define IR_FILTER_BILINEAR 0u
 #define IR_FILTER_NEAREST 1u
-typedef struct Texture {
+typedef struct IR_ALIGNED_16 Texture {
     uint offset;  // first uint in the texel array
     uint width, height;
     uint format;        // IR_TEXTURE_*
@@ -128,7 +129,7 @@ typedef struct Texture {
     8u                        // environment picture, latitude-longitude; (r,g,b) its mean radiance over the sphere, for
                               // the choice among lights; e1, e2, n: the map's x, y, z axes in the scene
 #define IR_LIGHT_CYLINDER 9u  // base centre p, axis e1 (to the other end), radius; nx = +1 outward, -1 inward
-typedef struct Light {
+typedef struct IR_ALIGNED_16 Light {
     float px, py, pz;
     uint kind;  // IR_LIGHT_*
     float e1x, e1y, e1z;
@@ -200,7 +201,7 @@ typedef struct SceneInfo {
 #define IR_BVH8_MAX_DEPTH 24
 #define IR_BVH2_MAX_DEPTH 64
 
-typedef struct Bvh8Node {  // CPU devices: eight children, boxes as structure of arrays; empty children are inverted
+typedef struct IR_ALIGNED_16 Bvh8Node {  // CPU devices: eight children, boxes as structure of arrays; empty children are inverted
                            // boxes
     float lo_x[8], lo_y[8], lo_z[8], hi_x[8], hi_y[8], hi_z[8];
     uint child[8];  // children first, then IR_EMPTY
@@ -208,13 +209,13 @@ typedef struct Bvh8Node {  // CPU devices: eight children, boxes as structure of
     uint pad[7];
 } Bvh8Node;  // 256 bytes
 
-typedef struct TriangleBlock {  // CPU devices: eight triangles; unused slots are degenerate and never hit
+typedef struct IR_ALIGNED_16 TriangleBlock {  // CPU devices: eight triangles; unused slots are degenerate and never hit
     // Vertices rather than edges, so that neighbours see the very same end points and no ray leaks between them.
     float v0x[8], v0y[8], v0z[8], v1x[8], v1y[8], v1z[8], v2x[8], v2y[8], v2z[8];
     uint primitive[8];
 } TriangleBlock;  // 320 bytes
 
-typedef struct Bvh2Node {  // GPU devices: both children's boxes in one 64-byte node
+typedef struct IR_ALIGNED_16 Bvh2Node {  // GPU devices: both children's boxes in one 64-byte node
     float lo0x, lo0y, lo0z;
     uint child0;
     float hi0x, hi0y, hi0z;
@@ -225,7 +226,7 @@ typedef struct Bvh2Node {  // GPU devices: both children's boxes in one 64-byte 
     uint pad1;
 } Bvh2Node;  // 64 bytes
 
-typedef struct TrianglePacked {  // GPU devices: the three vertices
+typedef struct IR_ALIGNED_16 TrianglePacked {  // GPU devices: the three vertices
     float v0x, v0y, v0z;
     uint primitive;
     float v1x, v1y, v1z;
