@@ -205,7 +205,7 @@ IR_FN bool sample_facets(const Surface* f, real3 wi, float u0, float u1, float u
 }
 
 // Draws a direction by random numbers u0 (the part of the BSDF), u1, u2; false: absorbed.
-IR_CALL_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
+IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
     if (sample_specular(f, u0, b)) {
         b->glossy = b->glossy * bump_visibility(f, b->direction);
         return !is_zero(b->glossy);

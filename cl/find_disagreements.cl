@@ -22,5 +22,5 @@ IR_KERNEL void find_disagreements(IR_SCENE_ARGS, IR_RADIANCE_ARGS, IR_GLOBAL Sha
     if (!(0.5f * least > radiance_parameters.least * footprint)) return;
     ShadingPoint q = make_shading_point(info, &seen.surface, seen.direction, seen.depth, pixel, true);
     q.largest = 0.5f * least;
-    push_point(lobe_points, q);
+    push_point(lobe_points, &q);
 }

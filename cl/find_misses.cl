@@ -34,8 +34,10 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
     if (!see_pixel(&s, pixel, &seen)) return;
     const Surface* f = &seen.surface;
 #if IR_LOBES
-    if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f))
-        push_point(lobe_points, make_shading_point(info, f, seen.direction, seen.depth, pixel, true));
+    if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f)) {
+        const ShadingPoint q = make_shading_point(info, f, seen.direction, seen.depth, pixel, true);
+        push_point(lobe_points, &q);
+    }
 #endif
     if (!is_diffuse(f)) return;
     ShadingPoint q = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
@@ -45,5 +47,5 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
         q.largest = reach;
         q.least = cache_parameters.gap_least * q.footprint;
     }
-    push_point(points, q);
+    push_point(points, &q);
 }

@@ -33,7 +33,7 @@ IR_FN bool grid_radiance(const SceneData* s, const Grid* grid, const Surface* f,
 
 // Light that path->surface reflects to where the path came from, times the path's throughput. `edges`: as in path.h.
 // `ask`: the grid may answer for the first surface already.
-IR_CALL_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, uint edges, bool ask, Rng* rng,
+IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, uint edges, bool ask, Rng* rng,
                           RayCount* rays) {
     real3 sum = black();
     for (uint bounce = 0; bounce < edges && reflects(&path.surface); ++bounce) {

@@ -125,9 +125,6 @@ IR_FN PathState path_from(Surface f, float distance) {
 // on; false if the path ends.
 // `known`: the indirect light of the surface's diffuse part comes from elsewhere, and only its glossy part goes on.
 // `roulette`: the path may end by chance, more likely the less it still carries.
-// Neither these nor next_event are IR_CALL_FN: with either a function of its own, kernels left their memory on NVIDIA (driver
-// 580.159, H100 and H200), once in a billion paths or at once. Any change of what is inlined moves it, all inlined it is
-// gone; its compiler keeps the frames of such functions within the kernel's. That is where the fault is suspected.
 IR_FN bool path_follow(const SceneData* s, PathState* path, Bounce* b, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     const real3 all = path->throughput * (b->sample.diffuse + b->sample.glossy);

@@ -5,7 +5,7 @@
 #include "irradia/shared/record_types.h"
 #include "portable.h"
 
-IR_FN void push_point(IR_GLOBAL ShadingPoint* list, ShadingPoint q) {
-    list[1u + IR_ATOMIC_ADD((volatile IR_GLOBAL uint*)&list[0].state, 1u)] = q;
+IR_FN void push_point(IR_GLOBAL ShadingPoint* list, const ShadingPoint* q) {
+    list[1u + IR_ATOMIC_ADD((volatile IR_GLOBAL uint*)&list[0].state, 1u)] = *q;
 }
 #endif

@@ -115,16 +115,17 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
         sum.indirect += indirect_tile(&s, &cache, &grid, samples, count, requests, edges_left(edges, 1u), &rng,
                                       &uncovered, &rays);
         if (uncovered < count && !missed) {
-            push_point(points, sample_point(&s, &samples[uncovered], pixel));
+            const ShadingPoint q = sample_point(&s, &samples[uncovered], pixel);
+            push_point(points, &q);
             missed = true;
         }
 #if IR_LOBES
         sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests, edges_left(edges, 1u), &rng, &memo,
                                    &uncovered, &rays);
         if (uncovered < count && !lobe_missed) {
-            push_point(lobe_points,
-                       make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
-                                          samples[uncovered].depth, pixel, true));
+            const ShadingPoint q = make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
+                                                      samples[uncovered].depth, pixel, true);
+            push_point(lobe_points, &q);
             lobe_missed = true;
         }
 #endif

@@ -106,6 +106,13 @@ public:
     Buffer upload(const std::vector<T>& v) {
         return upload(v.data(), v.size() * sizeof(T));
     }
+    /// Writes v to the start of `to`, which is made anew if it is too small.
+    template <class T>
+    void upload_to(Buffer& to, const std::vector<T>& v) {
+        const std::size_t bytes = v.size() * sizeof(T);
+        if (to.bytes() < bytes) to = allocate(bytes + bytes / 2);
+        write(to, v.data(), bytes);
+    }
     void write(Buffer& to, const void* data, std::size_t bytes, std::size_t offset = 0);
     void read(const Buffer& from, void* data, std::size_t bytes, std::size_t offset = 0);  ///< blocks until done
     void copy(const Buffer& from, Buffer& to, std::size_t bytes);

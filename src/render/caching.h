@@ -89,6 +89,7 @@ private:
     IrradianceGrid grid_;
     std::optional<RadianceCache> radiance_;
     std::optional<Launch> launch_;
+    Buffer asked_, stack_;  // pixels that find_misses looks at; points that get records
     std::size_t pixels_, chunk_;
     std::uint32_t views_ = 0;        // renderings, also those that loaded records were made for
     std::int32_t grid_paths_ = 0;    // that the grid was filled with

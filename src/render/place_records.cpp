@@ -60,10 +60,10 @@ void CachingRenderer::Caching::fill_grid() {
 void CachingRenderer::Caching::make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
     if (stack.empty()) return;
     fill_grid();
-    const Buffer indices = run_.device.upload(stack.indices);
+    run_.device.upload_to(stack_, stack.indices);
     const std::uint32_t first = cache_.reserve(stack.size());
-    hemispheres_->sample(points, indices, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
-    cache_.insert(stack.size(), points, indices);
+    hemispheres_->sample(points, stack_, stack.size(), grid_, cache_.keys(), cache_.values(), first, salt);
+    cache_.insert(stack.size(), points, stack_);
 }
 
 void CachingRenderer::Caching::make_lobe_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt) {
@@ -99,11 +99,12 @@ void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_po
     if (radiance_) defines["IR_LOBES"] = "1";
     std::vector<std::uint32_t> asked;
     std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(asked));
+    run_.device.upload_to(asked_, asked);
     Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", defines);
     cache_.bind(kernel, true);
     if (radiance_) radiance_->bind(kernel, true).arg(lobe_points.emptied());
     kernel.arg(points.emptied())
-        .arg(run_.device.upload(asked))
+        .arg(asked_)
         .arg(static_cast<std::uint32_t>(asked.size()))
         .run(group_count(asked.size(), run_.device.pixel_group()), run_.device.pixel_group());
     run_.statistics.rays["camera"] += asked.size();

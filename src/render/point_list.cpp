@@ -16,7 +16,8 @@ PointList::PointList(Device& device, std::size_t capacity)
 }
 
 const Buffer& PointList::emptied() {
-    device_.fill(points_, 0, sizeof(shared::ShadingPoint));
+    const shared::ShadingPoint none{};
+    device_.write(points_, &none, sizeof none);
     return points_;
 }
 
