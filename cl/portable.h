@@ -5,6 +5,9 @@
 // IR_CALL_FN: functions large and often called, which GPU compilers would copy into every caller, for minutes; they stay
 // functions there where a scene's materials make them large (-D IR_FEATURES).
 //
+// IR_ONCE_FN: compiled once on CPU devices, not again at every call: PoCL puts a kernel three times into its object, with
+// all that is inlined there; a first run takes a fifth less, later ones take as long. On GPUs it is IR_FN: see path.h.
+//
 // Functions that take IR_LOCAL memory are IR_INLINE_FN, never IR_FN: where one stays a function of its own, LLVM puts
 // the address of the kernel's array into it instead of the parameter, which PoCL 3.1 does not see when it moves the
 // array: what the function writes is lost.
@@ -18,6 +21,11 @@
 #define IR_CALL_FN static __attribute__((noinline))
 #else
 #define IR_CALL_FN static
+#endif
+#if defined(IR_CPU)
+#define IR_ONCE_FN static __attribute__((noinline))
+#else
+#define IR_ONCE_FN IR_FN
 #endif
 #define IR_KERNEL __kernel
 #define IR_GLOBAL __global
@@ -58,6 +66,7 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_FN static __device__
 #define IR_INLINE_FN static __device__ __forceinline__
 #define IR_CALL_FN static __device__ __noinline__
+#define IR_ONCE_FN IR_FN
 #define IR_KERNEL extern "C" __global__
 #define IR_GLOBAL
 #define IR_LOCAL
@@ -90,6 +99,7 @@ typedef float3 real3;
 #define IR_FN inline
 #define IR_INLINE_FN inline
 #define IR_CALL_FN inline
+#define IR_ONCE_FN IR_FN
 #define IR_GLOBAL
 #define IR_LOCAL
 #define IR_CONSTANT static const

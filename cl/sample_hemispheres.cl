@@ -60,7 +60,7 @@ IR_FN void cell_light_numbers(uint cell, uint seed, uint record, Rng* rng, float
 
 // Light that the surfaces hit by a tile's rays reflect back along them; hits that the grid answers share one packet of
 // shadow rays.
-IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
+IR_ONCE_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
                          uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
     Rng rngs[IR_TILE];
     for (uint i = 0; i < count; ++i) {
@@ -121,9 +121,14 @@ IR_FN float arriving_share(const SceneData* s, const ShadingPoint* q, real3 w, f
     return share;
 }
 
-// Traces one tile of strata from q and stores its cells.
-IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
-                              uint edges, uint seed, IR_CELL_SPACE float* cells, RayCount* rays) {
+// The cells of a tile, laid out like those of a hemisphere (sum_cells.h).
+typedef struct TileCells {
+    float cell[IR_CELL_FLOATS][IR_TILE];
+} TileCells;
+
+// Traces one tile of strata from q.
+IR_ONCE_FN void trace_cells(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
+                            uint edges, uint seed, TileCells* cells, RayCount* rays) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const real3 g = make_real3(q->gx, q->gy, q->gz);
     const real3 p = make_real3(q->px + q->step_x, q->py + q->step_y, q->pz + q->step_z);
@@ -142,8 +147,8 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
         dx[i] = w.x;
         dy[i] = w.y;
         dz[i] = w.z;
-        cells[0 * IR_CELLS + cell] = in_frame.x;
-        cells[1 * IR_CELLS + cell] = in_frame.y;
+        cells->cell[0][i] = in_frame.x;
+        cells->cell[1][i] = in_frame.y;
     }
     trace_tile(s, origin, dx, dy, dz, count, 0.0f, hits);
     for (uint i = 0; i < count; ++i) {
@@ -163,22 +168,30 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
     }
     tile_radiance(s, grid, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
     for (uint i = 0; i < count; ++i) {
-        const uint cell = tile_cell(tile, i);
         const bool hit = hits[i].primitive != IR_NO_PRIMITIVE;
         const real3 normal = hit ? to_local(frame, surfaces[i].ng) : make_real3(0.0f, 0.0f, 1.0f);
         const real3 w = make_real3(dx[i], dy[i], dz[i]);
         radiance[i] = radiance[i] * arriving_share(s, q, w, max(dot(w, frame.n), 0.0f));
-        cells[2 * IR_CELLS + cell] = hit ? hits[i].t : IR_INFINITY;
+        cells->cell[2][i] = hit ? hits[i].t : IR_INFINITY;
 #if IR_RADIANCE
-        if (hit && !is_diffuse(&surfaces[i]) && is_glossy(&surfaces[i])) cells[2 * IR_CELLS + cell] = -hits[i].t;
+        if (hit && !is_diffuse(&surfaces[i]) && is_glossy(&surfaces[i])) cells->cell[2][i] = -hits[i].t;
 #endif
-        cells[3 * IR_CELLS + cell] = normal.x;
-        cells[4 * IR_CELLS + cell] = normal.y;
-        cells[5 * IR_CELLS + cell] = normal.z;
-        cells[6 * IR_CELLS + cell] = radiance[i].x;
-        cells[7 * IR_CELLS + cell] = radiance[i].y;
-        cells[8 * IR_CELLS + cell] = radiance[i].z;
+        cells->cell[3][i] = normal.x;
+        cells->cell[4][i] = normal.y;
+        cells->cell[5][i] = normal.z;
+        cells->cell[6][i] = radiance[i].x;
+        cells->cell[7][i] = radiance[i].y;
+        cells->cell[8][i] = radiance[i].z;
     }
+}
+
+IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
+                              uint edges, uint seed, IR_CELL_SPACE float* cells, RayCount* rays) {
+    TileCells own;
+    trace_cells(s, grid, q, record, tile, edges, seed, &own, rays);
+    const uint count = min((uint)IR_TILE, (uint)IR_CELLS - tile * IR_TILE);
+    for (uint i = 0; i < count; ++i)
+        for (uint k = 0; k < IR_CELL_FLOATS; ++k) cells[k * IR_CELLS + tile_cell(tile, i)] = own.cell[k][i];
 }
 
 #if IR_RADIANCE
@@ -245,18 +258,20 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
                  samples + (size_t)(record - first_kept) * (IR_SAMPLE_FLOATS * stride));
 #endif
     const float limit = brightness_limit(IR_GROUP_CELLS, item, parameters.firefly, partial);
-    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, limit, parameters.r_min, parameters.r_max, ring_weights);
+    float own[IR_SUM_FLOATS];
+    const HemisphereSums sums = sum_cells(IR_GROUP_CELLS, item, limit, parameters.r_min, parameters.r_max, ring_weights);
+    lane_totals(&sums, own);
     IR_BARRIER();  // everyone has read the cells: their memory now holds the sums
-    store_sums(scratch, item, &own);
+    store_sums(scratch, item, own);
     IR_BARRIER();
     for (uint half_size = IR_GROUP / 2u; half_size > 0u; half_size >>= 1) {
         if (item < half_size) add_sums(scratch, item, item + half_size);
         IR_BARRIER();
     }
     if (item == 0u) {
-        const HemisphereTotals sums = load_totals(scratch);
+        const HemisphereTotals totals = load_totals(scratch);
         const uint coated = q.state >> 8;
         const uint coat = coated == 0u ? 0u : materials[coated - 1u].coat;
-        make_record(&q, coat, &sums, parameters, &record_keys[record], &record_values[record]);
+        make_record(&q, coat, &totals, parameters, &record_keys[record], &record_values[record]);
     }
 }
