@@ -21,8 +21,9 @@ public:
     /// depth is limited (an estimate left at a path's third vertex does not know how many edges the asker has left).
     void fill();
 
-    /// Definitions of kernels that take IR_GRID's arguments.
+    /// Definitions of kernels that take IR_GRID's arguments: at present, and once fill() is announced.
     [[nodiscard]] std::map<std::string, std::string> defines() const;
+    [[nodiscard]] std::map<std::string, std::string> defines_to_come() const;
     /// Sets the two arguments: cells and parameters.
     Kernel& bind(Kernel& kernel) const;
 
@@ -31,6 +32,7 @@ public:
 private:
     // Both return false if the table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
+    [[nodiscard]] bool wanted() const;
     bool make_cells(const Buffer& sums, const std::function<bool()>& full);
 
     Run& run_;

@@ -51,8 +51,7 @@ void CachingRenderer::Caching::place_records() {
     Buffer points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
     Buffer lobe_points = run_.device.allocate(blocks * sizeof(shared::ShadingPoint));
     std::vector<shared::ShadingPoint> host(blocks);
-    std::map<std::string, std::string> defines = cache_.defines();
-    if (radiance_) defines["IR_LOBES"] = "1";
+    const std::map<std::string, std::string> defines = miss_defines();
     for (; iteration_ < iteration_count; ++iteration_) {
         run_.rest();
         const BlockPixel pixel = block_pixel(iteration_);
