@@ -1,5 +1,7 @@
 #include "irradia/Device.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -230,7 +232,11 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
     // Where nothing is kept nothing could be handed over; and what others take is not counted in a limit.
     if (!options.compiler.empty() && found.is_cpu && options.memory_limit == 0 && device::keeps_programs()) {
         impl_->compiler = options.compiler;
-        impl_->compiler_count = found.compute_units;
+        cpu_set_t usable;
+        CPU_ZERO(&usable);
+        impl_->compiler_count = ::sched_getaffinity(0, sizeof usable, &usable) == 0
+                                    ? static_cast<std::size_t>(CPU_COUNT(&usable))
+                                    : found.compute_units;
         if (options.threads > 0)
             impl_->compiler_count =
                 std::min<std::size_t>(impl_->compiler_count, static_cast<std::size_t>(options.threads));
