@@ -33,8 +33,8 @@ struct DeviceOptions {
                                      ///< are refused; 0 = none
 };
 
-/// The only argument of a process that shall call compile_for_parent() as the first thing it does, and return what that
-/// returns: 2, if it was not started by Device::expect.
+/// The only argument of a process that shall call compile_for_parent() as the first thing it does. Ends the process;
+/// returns 2 only if it was not started by Device::expect.
 inline constexpr const char* kCompileForParent = "--compile-for-parent";
 int compile_for_parent();
 

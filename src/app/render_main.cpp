@@ -44,7 +44,11 @@ int run(const Options& o, Log& log) {
 
 int main(int argc, char** argv) {
     namespace app = irradia::app;
-    if (argc == 2 && std::string_view(argv[1]) == irradia::kCompileForParent) return irradia::compile_for_parent();
+    if (argc == 2 && std::string_view(argv[1]) == irradia::kCompileForParent) {
+        const int status = irradia::compile_for_parent();
+        std::cerr << "render: " << argv[1] << ": expected to be started by render itself\n";
+        return status;
+    }
     app::Options options;
     if (const int status = app::parse_options(argc, argv, options, std::cerr); status >= 0) return status;
     app::ignore_closed_pipes();

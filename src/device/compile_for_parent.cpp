@@ -72,10 +72,9 @@ namespace irradia {
 int compile_for_parent() {
     device::JobHeader* const header = device::jobs_of_parent();
     if (header == nullptr) return 2;
-    // It goes with its parent, but not by the signals that let a parent finish what it is at.
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    if (::getppid() != header->parent) return 0;
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(signal, SIG_IGN);
+    if (::getppid() != header->parent) ::_exit(0);
+    ::signal(SIGPIPE, SIG_IGN);
     try {
         device::compile_all(*header);
     } catch (const std::exception&) {  // no such device here: the parent compiles itself

@@ -84,9 +84,10 @@ bool Compilers::start(const std::string& executable, int memory, int writing) {
     ::posix_spawn_file_actions_adddup2(&files, memory, STDIN_FILENO);
     ::posix_spawn_file_actions_adddup2(&files, writing, STDOUT_FILENO);
     ::posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    sigset_t none;
-    ::sigemptyset(&none);
-    ::posix_spawnattr_setsigmask(&attributes, &none);
+    sigset_t stopping;  // of these a parent finishes what it is at, and so do they; with it they go
+    ::sigemptyset(&stopping);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&stopping, signal);
+    ::posix_spawnattr_setsigmask(&attributes, &stopping);
     ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
     std::string name = "render", argument = kCompileForParent;
     std::array<char*, 3> arguments{name.data(), argument.data(), nullptr};
