@@ -54,7 +54,7 @@ IR_CALL_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState p
 
 // One sample of the irradiance by indirect light at f (what passes the coat), W·m⁻². Its mean is what a record holds.
 IR_ONCE_FN real3 sampled_irradiance(const SceneData* s, const Grid* grid, const Surface* f, uint edges, Rng* rng,
-                               RayCount* rays) {
+                                    RayCount* rays) {
     const float u = rng_real(rng), v = rng_real(rng);
     const real3 in_frame = cosine_direction(u, v);
     const real3 w = to_world(make_frame(f->ns), in_frame);

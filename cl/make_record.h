@@ -81,7 +81,7 @@ IR_FN void make_channel(IR_GLOBAL RecordValue* v, uint channel, float e, real3 r
 }
 
 IR_ONCE_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereTotals* sums, RecordParameters parameters,
-                       IR_GLOBAL RecordKey* key, IR_GLOBAL RecordValue* value) {
+                            IR_GLOBAL RecordKey* key, IR_GLOBAL RecordValue* value) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const float scale = IR_PI / (float)(IR_M * IR_N);
     const real3 e = sums->irradiance * scale;

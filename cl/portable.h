@@ -6,7 +6,7 @@
 // functions there where a scene's materials make them large (-D IR_FEATURES).
 //
 // IR_ONCE_FN: compiled once on CPU devices, not again at every call: PoCL puts a kernel three times into its object, with
-// all that is inlined there; a first run takes a fifth less, later ones take as long. On GPUs it is IR_FN: see path.h.
+// all that is inlined there. Compiling takes a third less so, running as long. On GPUs it is IR_FN: see path.h.
 //
 // Functions that take IR_LOCAL memory are IR_INLINE_FN, never IR_FN: where one stays a function of its own, LLVM puts
 // the address of the kernel's array into it instead of the parameter, which PoCL 3.1 does not see when it moves the

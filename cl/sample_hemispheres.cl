@@ -61,7 +61,7 @@ IR_FN void cell_light_numbers(uint cell, uint seed, uint record, Rng* rng, float
 // Light that the surfaces hit by a tile's rays reflect back along them; hits that the grid answers share one packet of
 // shadow rays.
 IR_ONCE_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
-                         uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
+                              uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
     Rng rngs[IR_TILE];
     for (uint i = 0; i < count; ++i) {
         radiance[i] = black();

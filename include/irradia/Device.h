@@ -27,10 +27,10 @@ struct DeviceOptions {
                             ///< there is one, else the CPU)
     int threads = 0;        ///< CPU devices: worker threads; 0, or more than there are, = all
     std::string traversal;  ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
-    std::string compiler;   ///< executable that, started with kCompileForParent, calls compile_for_parent(): Device::expect
-                            ///< has it compile kernels; "" = all are compiled in this process
     std::uint64_t memory_limit = 0;  ///< bytes that this process may take: on a CPU device, buffers that would pass it
                                      ///< are refused; 0 = none
+    std::string compiler{};          ///< executable that, started with kCompileForParent, calls compile_for_parent():
+                             ///< Device::expect has it compile kernels; "" = all are compiled in this process
 };
 
 /// The only argument of a process that shall call compile_for_parent() as the first thing it does. Ends the process;
@@ -110,8 +110,8 @@ public:
     /// before the embedded ones.
     Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines);
 
-    /// Kernels that kernel() is going to be asked for, the first one first. On a CPU device those that no earlier run has
-    /// left are compiled from now on, beside this process, by as many others as the device has threads.
+    /// Kernels that kernel() is going to be asked for, the first one first. On a CPU device those that no earlier run
+    /// has left are compiled from now on, beside this process, by as many others as the device has threads.
     void expect(const std::vector<KernelSource>& kernels);
 
     Buffer allocate(std::size_t bytes);                  ///< uninitialised
