@@ -71,7 +71,7 @@ IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k
 }
 
 // Walks the octree to p. Adds w E_i to *sum for every record with w > 0 and returns the sum of the weights.
-IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum) {
+IR_ONCE_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
     uint record;

@@ -27,8 +27,8 @@ IR_FN bool known_vertex(const SceneData* s, PathState* path, const bool roulette
 // The same for paths[i], i < count, whose light samples take random numbers u[i], v[i] and whose BSDF samples the random
 // numbers (seed, stream, indices[i]). direct[i]: the direct light; bit i of the result: its glossy part goes on. `known`:
 // direct light is known already, and only the glossy parts' way is wanted.
-IR_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, const float* u, const float* v, uint seed,
-                       uint stream, const uint* indices, const bool known, real3* direct, RayCount* rays) {
+IR_ONCE_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, const float* u, const float* v, uint seed,
+                            uint stream, const uint* indices, const bool known, real3* direct, RayCount* rays) {
     float ox[IR_TILE], oy[IR_TILE], oz[IR_TILE], dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], t_max[IR_TILE];
     uint lane[IR_TILE], used = 0u, on = 0u;
     for (uint i = 0; i < count; ++i) {

@@ -17,7 +17,7 @@ typedef struct GridVertex {
 
 // Traces a path from surface f; returns the number of its vertices. *tail: radiance that the surface behind the last
 // vertex reflects to it.
-IR_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* vertices, real3* tail, RayCount* rays) {
+IR_ONCE_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* vertices, real3* tail, RayCount* rays) {
     *tail = black();
     PathState path = path_from(f, 0.0f);
     for (uint k = 0; reflects(&path.surface); ++k) {

@@ -57,8 +57,8 @@ IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, 
 }
 
 // One sample of the irradiance by indirect light at f (what passes the coat), W·m⁻². Its mean is what a record holds.
-IR_FN real3 sampled_irradiance(const SceneData* s, const Grid* grid, const Surface* f, uint edges, Rng* rng,
-                               RayCount* rays) {
+IR_ONCE_FN real3 sampled_irradiance(const SceneData* s, const Grid* grid, const Surface* f, uint edges, Rng* rng,
+                                    RayCount* rays) {
     const float u = rng_real(rng), v = rng_real(rng);
     const real3 in_frame = cosine_direction(u, v);
     const real3 w = to_world(make_frame(f->ns), in_frame);

@@ -8,7 +8,8 @@
 // support_i <= support_j + slope |p_i - p_j| for every record j that the octree knows near record i and that faces the
 // same way. `limit_old` false: shrinks the new record i (reads old ones only). True: shrinks the old ones, by an atomic
 // minimum (positive floats order like their bits).
-IR_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i, float slope, float least, bool limit_old) {
+IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i, float slope, float least,
+                                    bool limit_old) {
     const RecordKey own = keys[i];
     const real3 p = make_real3(own.px, own.py, own.pz), n = make_real3(own.nx, own.ny, own.nz);
     float s1 = own.support1, s2 = own.support2;

@@ -151,8 +151,8 @@ IR_FN void add_units(volatile IR_GLOBAL uint* word, float units) {
 IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f + (float)low; }
 
 // One estimate of irradiance at (p, n). Sets *overflow if the table is full.
-IR_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n, real3 irradiance,
-                        volatile IR_GLOBAL uint* overflow) {
+IR_ONCE_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n,
+                             real3 irradiance, volatile IR_GLOBAL uint* overflow) {
     const uint slot = grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, g->slots, grid_key(g, 0u, p, n));
     if (slot == g->slots) {
         IR_ATOMIC_MAX(overflow, 1u);

@@ -7,23 +7,28 @@
 
 // ---- HemisphereSums in local memory, one array a member, lanes added up ------------------------------------------
 #define IR_SUM_FLOATS 23
-#define IR_SUM3(store, first, v)                               \
-    store[(first)*IR_GROUP + item] = lanes_sum((v).x);         \
-    store[((first) + 1) * IR_GROUP + item] = lanes_sum((v).y); \
-    store[((first) + 2) * IR_GROUP + item] = lanes_sum((v).z)
+IR_FN void put3(float* totals, LaneVector v) {
+    totals[0] = lanes_sum(v.x);
+    totals[1] = lanes_sum(v.y);
+    totals[2] = lanes_sum(v.z);
+}
 
-IR_INLINE_FN void store_sums(IR_LOCAL float* store, uint item, const HemisphereSums* s) {
-    IR_SUM3(store, 0, s->irradiance);
-    IR_SUM3(store, 3, s->rx);
-    IR_SUM3(store, 6, s->ry);
-    IR_SUM3(store, 9, s->gx);
-    IR_SUM3(store, 12, s->gy);
-    IR_SUM3(store, 15, s->gz);
-    store[18 * IR_GROUP + item] = lanes_sum(s->hxx);
-    store[19 * IR_GROUP + item] = lanes_sum(s->hxy);
-    store[20 * IR_GROUP + item] = lanes_sum(s->hyy);
-    store[21 * IR_GROUP + item] = lanes_sum(s->inverse_distance);
-    store[22 * IR_GROUP + item] = lanes_min(s->min_distance);
+IR_ONCE_FN void lane_totals(const HemisphereSums* s, float* totals) {
+    put3(totals, s->irradiance);
+    put3(totals + 3, s->rx);
+    put3(totals + 6, s->ry);
+    put3(totals + 9, s->gx);
+    put3(totals + 12, s->gy);
+    put3(totals + 15, s->gz);
+    totals[18] = lanes_sum(s->hxx);
+    totals[19] = lanes_sum(s->hxy);
+    totals[20] = lanes_sum(s->hyy);
+    totals[21] = lanes_sum(s->inverse_distance);
+    totals[22] = lanes_min(s->min_distance);
+}
+
+IR_INLINE_FN void store_sums(IR_LOCAL float* store, uint item, const float* totals) {
+    for (uint i = 0; i < IR_SUM_FLOATS; ++i) store[i * IR_GROUP + item] = totals[i];
 }
 
 IR_INLINE_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
@@ -75,8 +80,8 @@ IR_FN void make_channel(IR_GLOBAL RecordValue* v, uint channel, float e, real3 r
     v->translation[3u * channel + 2u] = translation.z;
 }
 
-IR_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereTotals* sums, RecordParameters parameters,
-                       IR_GLOBAL RecordKey* key, IR_GLOBAL RecordValue* value) {
+IR_ONCE_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereTotals* sums, RecordParameters parameters,
+                            IR_GLOBAL RecordKey* key, IR_GLOBAL RecordValue* value) {
     const Frame frame = make_frame(make_real3(q->nx, q->ny, q->nz));
     const float scale = IR_PI / (float)(IR_M * IR_N);
     const real3 e = sums->irradiance * scale;

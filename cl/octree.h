@@ -125,8 +125,8 @@ IR_FN float cube_distance_squared(real3 p, real3 lo, float edge) {
 // Enters record (position p, normal n, support) into every node of its level that its support reaches. Points far off
 // the tangent plane are never covered (weights shrink along the normal as along support1), so that nodes which lie
 // entirely farther than `thickness` from it are left out.
-IR_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint record, real3 p, real3 n, float support,
-                         float thickness) {
+IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint record, real3 p, real3 n,
+                              float support, float thickness) {
     const uint level = octree_level(support, cache.size);
     const uint shift = IR_OCTREE_MAX_DEPTH - level;
     const float edge = cache.size / (float)(1u << level);

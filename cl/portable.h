@@ -7,6 +7,9 @@
 // kernels left their memory on NVIDIA (driver 580.159, H100 and H200), once in a billion paths or at once (20 of 24 renders of
 // a scene with glass); with calls one deep, and with none, no render of 40 did.
 //
+// IR_ONCE_FN: compiled once on CPU devices, not again at every call: PoCL puts a kernel three times into its object, with
+// all that is inlined there. Compiling takes a third less so, running as long. On GPUs it is IR_FN: see path.h.
+//
 // Functions that take IR_LOCAL memory are IR_INLINE_FN, never IR_FN: where one stays a function of its own, LLVM puts
 // the address of the kernel's array into it instead of the parameter, which PoCL 3.1 does not see when it moves the
 // array: what the function writes is lost.
@@ -20,6 +23,11 @@
 #define IR_CALL_FN static __attribute__((noinline))
 #else
 #define IR_CALL_FN static
+#endif
+#if defined(IR_CPU)
+#define IR_ONCE_FN static __attribute__((noinline))
+#else
+#define IR_ONCE_FN IR_FN
 #endif
 #define IR_KERNEL __kernel
 #define IR_GLOBAL __global
@@ -60,6 +68,7 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_FN static __device__
 #define IR_INLINE_FN static __device__ __forceinline__
 #define IR_CALL_FN static __device__ __noinline__
+#define IR_ONCE_FN IR_FN
 #define IR_KERNEL extern "C" __global__
 #define IR_GLOBAL
 #define IR_LOCAL
@@ -92,6 +101,7 @@ typedef float3 real3;
 #define IR_FN inline
 #define IR_INLINE_FN inline
 #define IR_CALL_FN inline
+#define IR_ONCE_FN IR_FN
 #define IR_GLOBAL
 #define IR_LOCAL
 #define IR_CONSTANT static const

@@ -46,7 +46,6 @@
 
 // Cells whose rays go on as paths are put off until the group shares them out (a list of them fits local memory).
 #define IR_DEFER_PATHS (IR_GRID && IR_TILE == 1 && IR_CELLS <= 4096)
-#define IR_DEFERRED (-1.0f)  // in place of a cell's radiance
 
 // Cell of ray i of a tile.
 IR_FN uint tile_cell(uint tile, uint i) {
@@ -71,9 +70,9 @@ IR_FN void cell_light_numbers(uint cell, uint seed, uint record, Rng* rng, float
 }
 
 // Light that the surfaces hit by a tile's rays reflect back along them; hits that the grid answers share one packet of
-// shadow rays.
-IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
-                         uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
+// shadow rays. Bit i of the result: ray i's path is put off.
+IR_ONCE_FN uint tile_radiance(const SceneData* s, const Grid* grid, const Surface* surfaces, const Hit* hits, uint tile,
+                              uint count, uint record, uint edges, uint seed, real3* radiance, RayCount* rays) {
     Rng rngs[IR_TILE];
     for (uint i = 0; i < count; ++i) {
         radiance[i] = black();
@@ -104,10 +103,11 @@ IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* su
 #else
     const uint known = 0u;
 #endif
+    uint deferred = 0u;
     for (uint i = 0; i < count; ++i) {  // what a hit emits itself is direct light at the record, computed elsewhere
         if (((known >> i) & 1u) || hits[i].primitive == IR_NO_PRIMITIVE || !reflects(&surfaces[i])) continue;
 #if IR_DEFER_PATHS
-        radiance[i].x = IR_DEFERRED;
+        deferred |= 1u << i;
 #else
         radiance[i] = path_radiance(s, grid, path_from(surfaces[i], hits[i].t), edges, false, &rngs[i], rays);
 #endif
@@ -122,6 +122,7 @@ IR_FN void tile_radiance(const SceneData* s, const Grid* grid, const Surface* su
         radiance[from[i]] += path_radiance(s, grid, answered[i], edges, true, &rng, rays);
     }
 #endif
+    return deferred;
 }
 
 // How much of the light from w counts at q: what the coat lets through, and a bump map hides. 1 on most surfaces.
@@ -170,16 +171,14 @@ IR_FN real3 ray_in_frame(uint record, uint cell, uint seed) {
     return stratum_direction(cell / IR_N, cell % IR_N, IR_M, IR_N, xi1, xi2);
 }
 
-IR_INLINE_FN void store_radiance(IR_CELL_SPACE float* cells, uint cell, real3 radiance) {
-    cells[6 * IR_CELLS + cell] = radiance.x;
-    cells[7 * IR_CELLS + cell] = radiance.y;
-    cells[8 * IR_CELLS + cell] = radiance.z;
-}
+// The cells of a tile, laid out like those of a hemisphere (sum_cells.h).
+typedef struct TileCells {
+    float cell[IR_CELL_FLOATS][IR_TILE];
+} TileCells;
 
-// Traces one tile of strata from q and stores its cells; those put off go to `deferred`, whose first entry is their number.
-IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
-                              uint edges, uint seed, IR_CELL_SPACE float* cells, volatile IR_LOCAL uint* deferred,
-                              RayCount* rays) {
+// Traces one tile of strata from q. Bit i of the result: ray i is put off; what it has hit lies in place of its radiance.
+IR_ONCE_FN uint trace_cells(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
+                            uint edges, uint seed, TileCells* cells, RayCount* rays) {
     const RayStart start = ray_start(q);
     const uint count = min((uint)IR_TILE, (uint)IR_CELLS - tile * IR_TILE);
     float dx[IR_TILE], dy[IR_TILE], dz[IR_TILE];
@@ -193,8 +192,8 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
         dx[i] = w.x;
         dy[i] = w.y;
         dz[i] = w.z;
-        cells[0 * IR_CELLS + cell] = in_frame.x;
-        cells[1 * IR_CELLS + cell] = in_frame.y;
+        cells->cell[0][i] = in_frame.x;
+        cells->cell[1][i] = in_frame.y;
     }
     trace_tile(s, start.above, dx, dy, dz, count, 0.0f, hits);
     for (uint i = 0; i < count; ++i) {
@@ -208,28 +207,41 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
 #endif
         if (hits[i].primitive != IR_NO_PRIMITIVE) surfaces[i] = surface_at(s, origin, w, &hits[i]);
     }
-    tile_radiance(s, grid, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
+    const uint deferred = tile_radiance(s, grid, surfaces, hits, tile, count, record, edges, seed, radiance, rays);
     for (uint i = 0; i < count; ++i) {
-        const uint cell = tile_cell(tile, i);
         const bool hit = hits[i].primitive != IR_NO_PRIMITIVE;
         const real3 normal = hit ? to_local(start.frame, surfaces[i].ng) : make_real3(0.0f, 0.0f, 1.0f);
         const real3 w = make_real3(dx[i], dy[i], dz[i]);
-        cells[2 * IR_CELLS + cell] = hit ? hits[i].t : IR_INFINITY;
+        cells->cell[2][i] = hit ? hits[i].t : IR_INFINITY;
 #if IR_RADIANCE
-        if (hit && !is_diffuse(&surfaces[i]) && is_glossy(&surfaces[i])) cells[2 * IR_CELLS + cell] = -hits[i].t;
+        if (hit && !is_diffuse(&surfaces[i]) && is_glossy(&surfaces[i])) cells->cell[2][i] = -hits[i].t;
 #endif
-        cells[3 * IR_CELLS + cell] = normal.x;
-        cells[4 * IR_CELLS + cell] = normal.y;
-        cells[5 * IR_CELLS + cell] = normal.z;
+        cells->cell[3][i] = normal.x;
+        cells->cell[4][i] = normal.y;
+        cells->cell[5][i] = normal.z;
+        radiance[i] = radiance[i] * arriving_share(s, q, w, max(dot(w, start.frame.n), 0.0f));
 #if IR_DEFER_PATHS
-        if (radiance[i].x == IR_DEFERRED) {
-            store_radiance(cells, cell, make_real3(hits[i].u, hits[i].v, IR_AS_FLOAT(hits[i].primitive)));
-            deferred[1u + IR_ATOMIC_ADD(deferred, 1u)] = cell;
-            continue;
-        }
+        if ((deferred >> i) & 1u) radiance[i] = make_real3(hits[i].u, hits[i].v, IR_AS_FLOAT(hits[i].primitive));
 #endif
-        store_radiance(cells, cell, radiance[i] * arriving_share(s, q, w, max(dot(w, start.frame.n), 0.0f)));
+        cells->cell[6][i] = radiance[i].x;
+        cells->cell[7][i] = radiance[i].y;
+        cells->cell[8][i] = radiance[i].z;
     }
+    return deferred;
+}
+
+// Traces one tile of strata from q and stores its cells; those put off go to `deferred`, whose first entry is their number.
+IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
+                              uint edges, uint seed, IR_CELL_SPACE float* cells, volatile IR_LOCAL uint* deferred,
+                              RayCount* rays) {
+    TileCells own;
+    const uint off = trace_cells(s, grid, q, record, tile, edges, seed, &own, rays);
+    const uint count = min((uint)IR_TILE, (uint)IR_CELLS - tile * IR_TILE);
+    for (uint i = 0; i < count; ++i)
+        for (uint k = 0; k < IR_CELL_FLOATS; ++k) cells[k * IR_CELLS + tile_cell(tile, i)] = own.cell[k][i];
+#if IR_DEFER_PATHS
+    if (off != 0u) deferred[1u + IR_ATOMIC_ADD(deferred, 1u)] = tile_cell(tile, 0u);
+#endif
 }
 
 #if IR_DEFER_PATHS
@@ -251,7 +263,10 @@ IR_INLINE_FN void continue_cell(const SceneData* s, const Grid* grid, const Shad
         rng_real(&rng);
     }
     const real3 radiance = path_radiance(s, grid, path_from(f, hit.t), edges, false, &rng, rays);
-    store_radiance(cells, cell, radiance * arriving_share(s, q, w, max(dot(w, start.frame.n), 0.0f)));
+    const real3 arriving = radiance * arriving_share(s, q, w, max(dot(w, start.frame.n), 0.0f));
+    cells[6 * IR_CELLS + cell] = arriving.x;
+    cells[7 * IR_CELLS + cell] = arriving.y;
+    cells[8 * IR_CELLS + cell] = arriving.z;
 }
 #endif
 
@@ -331,18 +346,20 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
                  samples + (size_t)(record - first_kept) * (IR_SAMPLE_FLOATS * stride));
 #endif
     const float limit = brightness_limit(IR_GROUP_CELLS, item, parameters.firefly, partial);
-    const HemisphereSums own = sum_cells(IR_GROUP_CELLS, item, limit, parameters.r_min, parameters.r_max, ring_weights);
+    float own[IR_SUM_FLOATS];
+    const HemisphereSums sums = sum_cells(IR_GROUP_CELLS, item, limit, parameters.r_min, parameters.r_max, ring_weights);
+    lane_totals(&sums, own);
     IR_BARRIER();  // everyone has read the cells: their memory now holds the sums
-    store_sums(scratch, item, &own);
+    store_sums(scratch, item, own);
     IR_BARRIER();
     for (uint half_size = IR_GROUP / 2u; half_size > 0u; half_size >>= 1) {
         if (item < half_size) add_sums(scratch, item, item + half_size);
         IR_BARRIER();
     }
     if (item == 0u) {
-        const HemisphereTotals sums = load_totals(scratch);
+        const HemisphereTotals totals = load_totals(scratch);
         const uint coated = q.state >> 8;
         const uint coat = coated == 0u ? 0u : materials[coated - 1u].coat;
-        make_record(&q, coat, &sums, parameters, &record_keys[record], &record_values[record]);
+        make_record(&q, coat, &totals, parameters, &record_keys[record], &record_values[record]);
     }
 }

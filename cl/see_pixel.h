@@ -12,7 +12,7 @@ typedef struct Seen {
 } Seen;
 
 // false: nothing.
-IR_FN bool see_pixel(const SceneData* s, uint pixel, Seen* seen) {
+IR_ONCE_FN bool see_pixel(const SceneData* s, uint pixel, Seen* seen) {
     const IR_GLOBAL SceneInfo* info = s->info;
     const CameraRay ray =
         camera_ray_at(info, (float)(pixel % info->width) + 0.5f, (float)(pixel / info->width) + 0.5f);

@@ -75,8 +75,9 @@ IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState*
 // Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
 // surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light. `known`: direct
 // light is known, what sum->direct gets is not all of it.
-IR_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches, uint pixel, uint first, uint count, uint edges, uint seed,
-                      const bool known, PixelSum* sum, TileSample* samples, RayCount* rays) {
+IR_ONCE_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches, uint pixel, uint first,
+                           uint count, uint edges, uint seed, const bool known, PixelSum* sum, TileSample* samples,
+                           RayCount* rays) {
     CameraTile tile;
     float light_u[IR_TILE], light_v[IR_TILE];
     PathState paths[IR_TILE];  // those that reflect, with their light samples' random numbers moved down beside them

@@ -49,8 +49,8 @@ IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, float pixe
 
 // Indirect radiance of a tile's samples, summed; *uncovered: the first sample whose patch finds no record and ought to
 // have one, or `count`.
-IR_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Grid* grid, const TileSample* samples, uint count,
-                          bool requests, uint edges, Rng* rng, uint* uncovered, RayCount* rays) {
+IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Grid* grid, const TileSample* samples,
+                               uint count, bool requests, uint edges, Rng* rng, uint* uncovered, RayCount* rays) {
     real3 indirect = make_real3(0.0f, 0.0f, 0.0f);
     uint done = 0u;
     *uncovered = count;

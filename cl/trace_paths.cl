@@ -5,8 +5,8 @@
 #include "path.h"
 
 // A tile of IR_TILE samples of one pixel: camera rays as one packet, then a path each.
-IR_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed,
-                           PixelSum* sum, RayCount* rays) {
+IR_ONCE_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed,
+                                PixelSum* sum, RayCount* rays) {
     CameraTile tile;
     Rng tile_rng = rng_make(seed ^ 0x6c656e73u, pixel, first);
     for (uint i = 0; i < count; ++i) {

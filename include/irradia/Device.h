@@ -29,6 +29,19 @@ struct DeviceOptions {
     std::string traversal;  ///< "", "cpu" or "gpu": which traversal header the kernels get ("" = by device kind)
     std::uint64_t memory_limit = 0;  ///< bytes that this process may take: on a CPU device, buffers that would pass it
                                      ///< are refused; 0 = none
+    std::string compiler{};          ///< executable that, started with kCompileForParent, calls compile_for_parent():
+                             ///< Device::expect has it compile kernels; "" = all are compiled in this process
+};
+
+/// The only argument of a process that shall call compile_for_parent() as the first thing it does. Ends the process;
+/// returns 2 only if it was not started by Device::expect.
+inline constexpr const char* kCompileForParent = "--compile-for-parent";
+int compile_for_parent();
+
+/// What Device::kernel() takes but a kernel's name.
+struct KernelSource {
+    std::string file;
+    std::map<std::string, std::string> defines;
 };
 
 class Device;
@@ -99,6 +112,10 @@ public:
     /// (NVIDIA's); 0: as many as it likes. With fewer more groups run at once, which hides what memory takes.
     Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines,
                   int registers = 0);
+
+    /// Kernels that kernel() is going to be asked for, the first one first. On a CPU device those that no earlier run
+    /// has left are compiled from now on, beside this process, by as many others as the device has threads.
+    void expect(const std::vector<KernelSource>& kernels);
 
     Buffer allocate(std::size_t bytes);                  ///< uninitialised
     Buffer upload(const void* data, std::size_t bytes);  ///< allocate + write

@@ -2,6 +2,7 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <string_view>
 
 #include "app/batch.h"
 #include "app/help.h"
@@ -13,6 +14,7 @@
 #include "app/render_job.h"
 #include "app/session.h"
 #include "app/stop_signal.h"
+#include "irradia/Device.h"
 #include "irradia/Error.h"
 
 namespace irradia::app {
@@ -42,6 +44,11 @@ int run(const Options& o, Log& log) {
 
 int main(int argc, char** argv) {
     namespace app = irradia::app;
+    if (argc == 2 && std::string_view(argv[1]) == irradia::kCompileForParent) {
+        const int status = irradia::compile_for_parent();
+        std::cerr << "render: " << argv[1] << ": expected to be started by render itself\n";
+        return status;
+    }
     app::Options options;
     if (const int status = app::parse_options(argc, argv, options, std::cerr); status >= 0) return status;
     app::ignore_closed_pipes();

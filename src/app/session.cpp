@@ -36,7 +36,9 @@ Device& Session::device(const DeviceOptions& o) {
     if (!device_ || d.select != o.select || d.threads != o.threads || d.traversal != o.traversal ||
         d.memory_limit != o.memory_limit) {
         device_.reset();
-        device_.emplace(o);
+        DeviceOptions made = o;
+        made.compiler = "/proc/self/exe";  // which render_main.cpp makes one
+        device_.emplace(made);
         device_options_ = o;
     }
     return *device_;

@@ -1,11 +1,14 @@
 #include "irradia/Device.h"
 
+#include <sched.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <utility>
 
 #include "core/memory.h"
+#include "device/compilers.h"
 #include "device/driver_cache.h"
 #include "device/kernel_source.h"
 #include "device/program_cache.h"
@@ -148,6 +151,9 @@ struct Device::Impl {
     std::uint64_t memory_limit = 0, resident_before = 0;       // of a CPU device; the resident set before any buffer
     std::map<std::string, cl_program> programs;                // by file and compiler options
     std::vector<std::pair<std::string, cl_program>> compiled;  // here, from their source; by program_key
+    std::string compiler;                                      // executable, and how many of it at a time
+    std::size_t compiler_count = 0;
+    std::unique_ptr<device::Compilers> compilers;
 
     ~Impl() {
         for (const auto& [key, program] : compiled) device::store_program(key, program);
@@ -171,6 +177,13 @@ struct Device::Impl {
         return nullptr;
     }
 
+    [[nodiscard]] std::string options(const std::map<std::string, std::string>& defines) const {
+        std::string text = "-cl-std=CL1.2";
+        if (cpu_traversal) text += " -D IR_CPU=1";
+        for (const auto& [symbol, value] : defines) text += " -D " + symbol + (value.empty() ? "" : "=" + value);
+        return text;
+    }
+
     cl_program build(const std::string& file, const std::string& options) {
         const std::string text = device::expand_source(file);
         const auto start = std::chrono::steady_clock::now();
@@ -178,6 +191,7 @@ struct Device::Impl {
             session->add_time("build", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
         };
         const std::string key = device::program_key(*session, text, options);
+        if (compilers) compilers->wait_for(key);
         if (cl_program program = stored(key, options)) {
             time();
             return program;
@@ -214,6 +228,19 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
     impl_->cpu_traversal =
         options.traversal.empty() ? impl_->session->device.description.is_cpu : options.traversal == "cpu";
     if (impl_->session->device.description.is_cpu) impl_->memory_limit = options.memory_limit;
+    const DeviceDescription& found = impl_->session->device.description;
+    // Where nothing is kept nothing could be handed over; and what others take is not counted in a limit.
+    if (!options.compiler.empty() && found.is_cpu && options.memory_limit == 0 && device::keeps_programs()) {
+        impl_->compiler = options.compiler;
+        cpu_set_t usable;
+        CPU_ZERO(&usable);
+        impl_->compiler_count = ::sched_getaffinity(0, sizeof usable, &usable) == 0
+                                    ? static_cast<std::size_t>(CPU_COUNT(&usable))
+                                    : found.compute_units;
+        if (options.threads > 0)
+            impl_->compiler_count =
+                std::min<std::size_t>(impl_->compiler_count, static_cast<std::size_t>(options.threads));
+    }
     impl_->largest_allocation = device::device_info<cl_ulong>(impl_->session->device.id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
 }
 
@@ -228,11 +255,9 @@ std::size_t Device::pixel_group() const noexcept { return impl_->cpu_traversal ?
 
 Kernel Device::kernel(const std::string& file, const std::string& name,
                       const std::map<std::string, std::string>& defines, int registers) {
-    std::string options = "-cl-std=CL1.2";
+    std::string options = impl_->options(defines);
     if (registers > 0 && impl_->session->device.description.platform == "NVIDIA CUDA")
         options += " -cl-nv-maxrregcount=" + std::to_string(registers);
-    if (impl_->cpu_traversal) options += " -D IR_CPU=1";
-    for (const auto& [symbol, value] : defines) options += " -D " + symbol + (value.empty() ? "" : "=" + value);
 
     cl_program& program = impl_->programs[file + "\n" + options];
     if (program == nullptr) program = impl_->build(file, options);
@@ -253,6 +278,22 @@ Kernel Device::kernel(const std::string& file, const std::string& name,
                                    &kernel.impl_->largest_group, nullptr),
           "asking for the group size of kernel '" + name + "'");
     return kernel;
+}
+
+void Device::expect(const std::vector<KernelSource>& kernels) {
+    if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
+    std::vector<device::CompileJob> jobs;
+    for (const KernelSource& k : kernels) {
+        device::CompileJob job{{}, impl_->options(k.defines), device::expand_source(k.file)};
+        job.key = device::program_key(*impl_->session, job.source, job.options);
+        const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == job.key; });
+        if (!twice && impl_->programs.count(k.file + "\n" + job.options) == 0 && !device::has_program(job.key))
+            jobs.push_back(std::move(job));
+    }
+    impl_->compilers.reset();
+    if (jobs.size() < 2) return;  // one takes as long here
+    impl_->compilers =
+        std::make_unique<device::Compilers>(impl_->compiler, description().index, jobs, impl_->compiler_count);
 }
 
 Buffer Device::allocate(std::size_t bytes) {

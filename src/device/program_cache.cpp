@@ -1,5 +1,7 @@
 #include "device/program_cache.h"
 
+#include <unistd.h>
+
 #include <array>
 #include <cstdint>
 #include <cstdlib>
@@ -74,19 +76,32 @@ std::vector<unsigned char> load_program(const std::string& key) {
     return binary;
 }
 
-void store_program(const std::string& key, cl_program program) {
+bool keeps_programs() {
     const std::filesystem::path in = folder();
-    if (in.empty()) return;
+    std::error_code failed;
+    if (!in.empty()) std::filesystem::create_directories(in, failed);
+    return !in.empty() && ::access(in.c_str(), W_OK) == 0;
+}
+
+bool has_program(const std::string& key) {
+    const std::filesystem::path in = folder();
+    std::error_code failed;
+    return !in.empty() && std::filesystem::exists(file_of(in, key), failed);
+}
+
+bool store_program(const std::string& key, cl_program program) {
+    const std::filesystem::path in = folder();
+    if (in.empty()) return false;
     std::error_code failed;
     std::filesystem::create_directories(in, failed);
     std::size_t size = 0;
     if (failed || clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) != CL_SUCCESS ||
         size == 0)
-        return;
+        return false;
     std::vector<unsigned char> binary(size);
     unsigned char* data = binary.data();
     if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof data, static_cast<void*>(&data), nullptr) != CL_SUCCESS)
-        return;
+        return false;
     Header header;
     header.bytes = size;
     header.sum = checksum(binary.data(), size);
@@ -96,7 +111,9 @@ void store_program(const std::string& key, cl_program program) {
         file.write(&header, sizeof header);
         file.write(binary.data(), size);
         file.commit();
+        return true;
     } catch (const Error&) {  // a full or read-only disk: the next run compiles again
+        return false;
     }
 }
 

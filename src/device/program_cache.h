@@ -14,11 +14,17 @@ std::string program_key(const Session& session, const std::string& source, const
 /// The binary stored under `key`; empty if there is none or it is damaged.
 std::vector<unsigned char> load_program(const std::string& key);
 
+/// Is there a folder that programs can be kept in?
+bool keeps_programs();
+
+/// Is there a file for `key`?
+bool has_program(const std::string& key);
+
 /// Stores the binary of a built program, best after its kernels have run: PoCL compiles them at their first launch.
-/// Does nothing where it cannot: a run does not depend on it.
+/// False where it cannot: a run does not depend on it.
 ///
 /// Files lie in $IRRADIA_KERNEL_CACHE (empty: nothing is stored or loaded), else $XDG_CACHE_HOME/irradia/kernels, else
 /// ~/.cache/irradia/kernels; each appears whole, so that processes may share the folder.
-void store_program(const std::string& key, cl_program program);
+bool store_program(const std::string& key, cl_program program);
 
 }  // namespace irradia::device

@@ -66,10 +66,42 @@ CachingRenderer::Caching::Caching(Run& run)
     defines_ = cache_.defines();
     defines_["IR_DIRECT_MIS"] = run.direct_mis() ? "1" : "0";
     defines_["IR_SHARE_LOOKUPS"] = run.settings.share_lookups ? "1" : "0";
-    if (run.settings.method != Method::radiance || !RadianceCache::useful(run.scene)) return;
+    if (run.settings.method != Method::radiance || !RadianceCache::useful(run.scene)) {
+        expect_kernels();
+        return;
+    }
     radiance_.emplace(run, radiance_settings(run));
     defines_["IR_LOBES"] = "1";
+    expect_kernels();
+    radiance_->tabulate();
     run.phase("lobes");
+}
+
+// In the order in which they are asked for, but the slowest to compile before the quickest. What is left out is
+// compiled when it is asked for, no worse than before.
+void CachingRenderer::Caching::expect_kernels() {
+    if (run_.edges_beyond_camera() < 2) return;  // direct light alone
+    std::vector<KernelSource> kernels;
+    if (radiance_) kernels.push_back(radiance_->table_kernel());
+    kernels.push_back({"fill_grid.cl", run_.scene_defines()});
+    kernels.push_back(hemispheres_->kernel_to_come(grid_));
+    kernels.push_back(run_.scene_source("find_misses.cl", miss_defines()));
+    if (radiance_) kernels.push_back(radiance_->hemisphere_kernel(grid_));
+    kernels.push_back(run_.scene_source("shade_pixels.cl", shade_defines(grid_.defines_to_come())));
+    kernels.push_back({"insert_records.cl", cache_.defines()});
+    run_.device.expect(kernels);
+}
+
+std::map<std::string, std::string> CachingRenderer::Caching::miss_defines() const {
+    std::map<std::string, std::string> defines = cache_.defines();
+    if (radiance_) defines["IR_LOBES"] = "1";
+    return defines;
+}
+
+std::map<std::string, std::string> CachingRenderer::Caching::shade_defines(
+    std::map<std::string, std::string> grid) const {
+    grid.insert(defines_.begin(), defines_.end());
+    return grid;
 }
 
 void CachingRenderer::Caching::begin_view() {
@@ -117,7 +149,7 @@ std::vector<std::uint32_t> CachingRenderer::Caching::refine(Film& film, float fa
     if (radiance_ && radiance_->fits(run_.settings))
         radiance_->rescale(factor, radiance_settings(run_));
     else if (radiance_)
-        radiance_.emplace(run_, radiance_settings(run_));
+        radiance_.emplace(run_, radiance_settings(run_)).tabulate();
     before_ = known();
     if (run_.edges_beyond_camera() >= 2) {
         iteration_ = settled_ = 0;

@@ -67,6 +67,11 @@ private:
     /// Tells records of one pixel apart: those of the iterations (round 0), of later rounds, of later views.
     [[nodiscard]] std::uint32_t salt(std::uint32_t round) const;
 
+    void expect_kernels();
+    /// Definitions of find_misses and shade_pixels.
+    [[nodiscard]] std::map<std::string, std::string> miss_defines() const;
+    [[nodiscard]] std::map<std::string, std::string> shade_defines(std::map<std::string, std::string> grid) const;
+
     // place_records.cpp
     void fill_grid();
     void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);

@@ -74,6 +74,12 @@ HemisphereSampler::HemisphereSampler(Run& run, Hemispheres purpose) : run_(run) 
     ring_weights_ = run.device.upload(weights);
 }
 
+KernelSource HemisphereSampler::kernel_to_come(const IrradianceGrid& grid) const {
+    std::map<std::string, std::string> defines = grid.defines_to_come();
+    defines.insert(defines_.begin(), defines_.end());
+    return run_.scene_source("sample_hemispheres.cl", std::move(defines));
+}
+
 void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,
                                const Buffer& keys, const Buffer& values, std::uint32_t first_record, std::uint32_t salt,
                                const KeptSamples* kept) {

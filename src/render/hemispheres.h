@@ -26,6 +26,9 @@ class HemisphereSampler {
 public:
     HemisphereSampler(Run& run, Hemispheres purpose);
 
+    /// The kernel that sample() will run, once `grid` is announced.
+    [[nodiscard]] KernelSource kernel_to_come(const IrradianceGrid& grid) const;
+
     /// Samples points[stack[i]], i < count, into keys/values[first_record + i]. Random numbers are a function of the
     /// point's pixel and `salt`. `kept`: for radiance records.
     void sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,

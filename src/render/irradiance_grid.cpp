@@ -67,7 +67,9 @@ void IrradianceGrid::fill() {
     }
 }
 
-void IrradianceGrid::announce() { on_ = run_.settings.grid && run_.settings.max_depth < 0; }
+bool IrradianceGrid::wanted() const { return run_.settings.grid && run_.settings.max_depth < 0; }
+
+void IrradianceGrid::announce() { on_ = wanted(); }
 
 bool IrradianceGrid::try_fill(std::size_t slots) {
     const auto paths = static_cast<std::uint32_t>(run_.settings.grid_paths);
@@ -140,6 +142,10 @@ void IrradianceGrid::state(Checkpoint& c) {
 }
 
 std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", on_ ? "1" : "0"}}; }
+
+std::map<std::string, std::string> IrradianceGrid::defines_to_come() const {
+    return {{"IR_GRID", wanted() ? "1" : "0"}};
+}
 
 Kernel& IrradianceGrid::bind(Kernel& kernel) const { return kernel.arg(cells_).arg(parameters_); }
 

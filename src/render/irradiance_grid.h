@@ -23,8 +23,9 @@ public:
 
     /// Are kernels those that ask it?
     [[nodiscard]] bool used() const noexcept { return on_; }
-    /// Definitions of kernels that take IR_GRID's arguments.
+    /// Definitions of kernels that take IR_GRID's arguments: at present, and once fill() is announced.
     [[nodiscard]] std::map<std::string, std::string> defines() const;
+    [[nodiscard]] std::map<std::string, std::string> defines_to_come() const;
     /// Sets the two arguments: cells and parameters.
     Kernel& bind(Kernel& kernel) const;
 
@@ -33,6 +34,7 @@ public:
 private:
     // Both return false if the table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
+    [[nodiscard]] bool wanted() const;
     bool make_cells(const Buffer& sums, const std::function<bool()>& full);
 
     Run& run_;

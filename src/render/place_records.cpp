@@ -95,12 +95,10 @@ void CachingRenderer::Caching::place_records() {
 
 // Looks at the pixels left, makes records at some of those that want one, and leaves the others.
 void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_points) {
-    std::map<std::string, std::string> defines = cache_.defines();
-    if (radiance_) defines["IR_LOBES"] = "1";
     std::vector<std::uint32_t> asked;
     std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(asked));
     run_.device.upload_to(asked_, asked);
-    Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", defines);
+    Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", miss_defines());
     cache_.bind(kernel, true);
     if (radiance_) radiance_->bind(kernel, true).arg(lobe_points.emptied());
     kernel.arg(points.emptied())

@@ -57,12 +57,17 @@ RadianceCache::RadianceCache(Run& run, const CacheSettings& settings) : run_(run
         keep_samples_ = keep_samples_ || narrowest < parameters_.harmonics_from;
     }
     parameters_.order = harmonics ? static_cast<std::uint32_t>(s.harmonics_order) : 0;
-    tabulate();
     grow(1);
 }
 
 bool RadianceCache::asks(const shared::Material& m) const {
     return has_lobe(m) && widest(m) >= parameters_.trace_below;
+}
+
+KernelSource RadianceCache::table_kernel() const {
+    std::map<std::string, std::string> defines = run_.scene_defines();
+    defines["IR_ORDER"] = std::to_string(parameters_.order);
+    return {"tabulate_lobes.cl", std::move(defines)};
 }
 
 void RadianceCache::tabulate() {
@@ -79,13 +84,12 @@ void RadianceCache::tabulate() {
     offsets_ = run_.device.upload(offsets);
     tables_ = run_.device.allocate(floats * sizeof(float));
     const Buffer list = run_.device.upload(materials);
-    std::map<std::string, std::string> defines = run_.scene_defines();
-    defines["IR_ORDER"] = std::to_string(order);
+    const KernelSource kernel = table_kernel();
     const std::size_t group = run_.device.pixel_group();
     for (std::uint32_t i = 0; i < materials.size(); ++i) {
         if (offsets[i] == IR_NO_LOBE) continue;
         const std::uint32_t rows = alphas(materials[i]);
-        run_.device.kernel("tabulate_lobes.cl", "tabulate_lobes", defines)
+        run_.device.kernel(kernel.file, "tabulate_lobes", kernel.defines)
             .arg(list)
             .arg(tables_)
             .arg(parameters_)

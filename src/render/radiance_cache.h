@@ -16,8 +16,15 @@ namespace irradia {
 
 class RadianceCache {
 public:
-    /// Tabulates the lobes of all materials that records are to answer. Throws Error for settings out of range.
+    /// Throws Error for settings out of range. tabulate() comes next.
     RadianceCache(Run& run, const CacheSettings& settings);
+    /// Tabulates the lobes of all materials that records are to answer.
+    void tabulate();
+    /// Kernels that tabulate() and make() will run, once `grid` is announced.
+    [[nodiscard]] KernelSource table_kernel() const;
+    [[nodiscard]] KernelSource hemisphere_kernel(const IrradianceGrid& grid) const {
+        return hemispheres_->kernel_to_come(grid);
+    }
 
     /// Does any material of the scene have a lobe? If not, nothing of this is needed.
     [[nodiscard]] static bool useful(const Scene& scene);
@@ -44,7 +51,6 @@ public:
 private:
     [[nodiscard]] std::uint32_t kept_stride() const noexcept { return keep_samples_ ? parameters_.stride : 0; }
     [[nodiscard]] bool asks(const shared::Material& m) const;  ///< has it a lobe that records answer?
-    void tabulate();
     void grow(std::size_t records);
     void project(std::uint32_t first_kept, std::uint32_t first, std::size_t count);
 

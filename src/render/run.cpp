@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "irradia/Error.h"
 
@@ -85,10 +86,15 @@ std::map<std::string, std::string> Run::scene_defines() const {
     return defines;
 }
 
+KernelSource Run::scene_source(const std::string& file, std::map<std::string, std::string> defines) const {
+    defines.merge(scene_defines());
+    return {file, std::move(defines)};
+}
+
 Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines,
                          int registers) {
-    defines.merge(scene_defines());
-    Kernel kernel = device.kernel(file, name, defines, registers);
+    const KernelSource source = scene_source(file, std::move(defines));
+    Kernel kernel = device.kernel(source.file, name, source.defines, registers);
     kernel.arg(nodes_)
         .arg(leaves_)
         .arg(analytics_)

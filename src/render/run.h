@@ -8,6 +8,7 @@
 #include <string>
 
 #include "irradia/Checkpoint.h"
+#include "irradia/Device.h"
 #include "irradia/Renderer.h"
 #include "render/film.h"
 
@@ -25,6 +26,8 @@ public:
     /// A kernel specialised by what the scene needs, with IR_SCENE_ARGS set.
     Kernel scene_kernel(const std::string& file, const std::string& name, std::map<std::string, std::string> defines,
                         int registers = 0);
+    /// What scene_kernel() compiles.
+    [[nodiscard]] KernelSource scene_source(const std::string& file, std::map<std::string, std::string> defines) const;
     /// Definitions every kernel that traces rays gets.
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
     /// Another view of the scene: kernels set up from now on see it through this camera.

@@ -116,8 +116,7 @@ void CachingRenderer::Caching::sweep(Film& film) {
     // On diffuse surfaces only what finds no record goes on as a path.
     if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
     Launch& launch = this->launch(film);
-    std::map<std::string, std::string> defines = grid_.defines();
-    defines.insert(defines_.begin(), defines_.end());
+    const std::map<std::string, std::string> defines = shade_defines(grid_.defines());
     for (; s.first < s.pixels.size(); s.first += chunk_) {
         const auto end = std::min<std::uint64_t>(s.pixels.size(), s.first + chunk_);
         const std::vector<std::uint32_t> part(s.pixels.begin() + static_cast<std::ptrdiff_t>(s.first),
