@@ -1,7 +1,7 @@
 // Looking records up: (1.6) over the records whose weight is positive (1.9), each extrapolated by its gradients (1.7).
 #ifndef IR_CACHE_H
 #define IR_CACHE_H
-#include "octree.h"
+#include "octree_walk.h"
 #include "weight.h"
 
 #ifndef IR_WEIGHT
@@ -9,22 +9,21 @@
 #endif
 
 typedef struct Cache {
-    IR_GLOBAL const uint* nodes;
-    IR_GLOBAL const uint* entries;
-    IR_GLOBAL const RecordKey* keys;
-    IR_GLOBAL const RecordValue* values;
+    Octree octree;
     CacheParameters parameters;
 } Cache;
 
-#define IR_CACHE_ARGS                                                                                                 \
-    IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const RecordKey *record_keys, \
-        IR_GLOBAL const RecordValue *record_values, CacheParameters cache_parameters
-#define IR_CACHE_INIT(c)        \
-    Cache c;                    \
-    c.nodes = octree_nodes;     \
-    c.entries = octree_entries; \
-    c.keys = record_keys;       \
-    c.values = record_values;   \
+#define IR_CACHE_ARGS                                                                                         \
+    IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const uint *octree_packed, \
+        IR_GLOBAL const RecordKey *record_keys, IR_GLOBAL const RecordValue *record_values,                   \
+        CacheParameters cache_parameters
+#define IR_CACHE_INIT(c)               \
+    Cache c;                           \
+    c.octree.nodes = octree_nodes;     \
+    c.octree.entries = octree_entries; \
+    c.octree.packed = octree_packed;   \
+    c.octree.keys = record_keys;       \
+    c.octree.values = record_values;   \
     c.parameters = cache_parameters
 
 // Weight of a record at (p, n) of a surface with coat `coat`, 0 if it does not apply.
@@ -51,6 +50,15 @@ IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p,
     return w;
 }
 
+// Records whose weight may be positive at (p, n) of a surface with coat `coat`.
+IR_FN OctreeWalk record_walk(const Octree* tree, const CacheParameters* c, real3 p, real3 n, uint coat) {
+    const float near = 1.0f / c->stretch, angle = near / c->inverse_angle;
+    PackedQuery query = packed_query(p, n, near, 0.0f, 1.0f - angle * angle);
+    query.coat = coat << 24;
+    query.coat_mask = 0xff000000u;
+    return octree_walk(tree, c, query);
+}
+
 // One channel of (1.7), within [0, 2 E_i] (theory 4.5).
 IR_FN float extrapolate(float e, real3 turn, real3 rotation, real3 delta, real3 translation) {
     return clamp(e + dot(turn, rotation) + dot(delta, translation), 0.0f, 2.0f * e);
@@ -75,13 +83,13 @@ IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
     uint record;
-    OctreeWalk walk = octree_walk(c->nodes, &q, p);
-    while (octree_next(c->nodes, c->entries, &walk, &record)) {
-        const RecordKey key = c->keys[record];
+    OctreeWalk walk = record_walk(&c->octree, &q, p, n, coat);
+    while (octree_next(&c->octree, &walk, &record)) {
+        const RecordKey key = c->octree.keys[record];
         const float w = record_weight(&q, &key, p, n, coat);
         if (!(w > 0.0f)) continue;
         weights += w;
-        *sum += record_irradiance(&c->values[record], &key, p, n) * w;
+        *sum += record_irradiance(&c->octree.values[record], &key, p, n) * w;
     }
     return weights;
 }
@@ -93,9 +101,9 @@ IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat, float reach
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
     uint record;
-    OctreeWalk walk = octree_walk(c->nodes, &q, p);
-    while (octree_next(c->nodes, c->entries, &walk, &record)) {
-        const RecordKey key = c->keys[record];
+    OctreeWalk walk = record_walk(&c->octree, &q, p, n, coat);
+    while (octree_next(&c->octree, &walk, &record)) {
+        const RecordKey key = c->octree.keys[record];
         const float w = record_weight(&q, &key, p, n, coat);
         if (!(w > 0.0f)) continue;
         if (key.support1 > 1.001f * (reach + length(p - make_real3(key.px, key.py, key.pz)))) continue;

@@ -13,8 +13,13 @@ IR_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i
     const real3 p = make_real3(own.px, own.py, own.pz), n = make_real3(own.nx, own.ny, own.nz);
     float s1 = own.support1, s2 = own.support2;
     uint j;
-    OctreeWalk walk = octree_walk(c->nodes, &c->parameters, p);
-    while (octree_next(c->nodes, c->entries, &walk, &j)) {
+    // A record j farther away than support_i / slope cannot shrink i, nor i a record j that reaches less far than
+    // support_i + slope |p_i - p_j|.
+    const float near = 1.0f / slope;
+    OctreeWalk walk = octree_walk(&c->octree, &c->parameters,
+                                  limit_old ? packed_query(p, n, near, -near * own.support1, 0.9f)
+                                            : packed_query(p, n, 0.0f, near * 1.0001f * max(s1, s2), 0.9f));
+    while (octree_next(&c->octree, &walk, &j)) {
         if (dot(n, make_real3(keys[j].nx, keys[j].ny, keys[j].nz)) < 0.9f) continue;
         const float reach = slope * length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
         if (limit_old) {
@@ -32,26 +37,34 @@ IR_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i
 }
 
 IR_KERNEL void clamp_new_records(IR_GLOBAL const uint* octree_nodes, IR_GLOBAL const uint* octree_entries,
-                                 IR_GLOBAL RecordKey* record_keys, CacheParameters cache_parameters,
+                                 IR_GLOBAL const uint* octree_packed, IR_GLOBAL RecordKey* record_keys,
+                                 CacheParameters cache_parameters,
                                  IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
                                  float min_spacing, uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
     Cache c;
-    c.nodes = octree_nodes;
-    c.entries = octree_entries;
+    c.octree.nodes = octree_nodes;
+    c.octree.entries = octree_entries;
+    c.octree.packed = octree_packed;
+    c.octree.keys = record_keys;
+    c.octree.values = 0;
     c.parameters = cache_parameters;
     clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, slope,
                         min_spacing * points[stack[IR_GLOBAL_ID]].footprint, false);
 }
 
 IR_KERNEL void clamp_old_records(IR_GLOBAL const uint* octree_nodes, IR_GLOBAL const uint* octree_entries,
-                                 IR_GLOBAL RecordKey* record_keys, CacheParameters cache_parameters,
+                                 IR_GLOBAL const uint* octree_packed, IR_GLOBAL RecordKey* record_keys,
+                                 CacheParameters cache_parameters,
                                  IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
                                  uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
     Cache c;
-    c.nodes = octree_nodes;
-    c.entries = octree_entries;
+    c.octree.nodes = octree_nodes;
+    c.octree.entries = octree_entries;
+    c.octree.packed = octree_packed;
+    c.octree.keys = record_keys;
+    c.octree.values = 0;
     c.parameters = cache_parameters;
     // Of a narrow place its neighbours may cover no more than is as near as what makes it narrow.
     const bool narrow = points[stack[IR_GLOBAL_ID]].least > 0.0f;
@@ -72,4 +85,33 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
     const RecordKey k = record_keys[record];
     octree_insert(&tree, cache_parameters, record, make_real3(k.px, k.py, k.pz), make_real3(k.nx, k.ny, k.nz), k.support2,
                   k.support1);
+}
+
+// One work-item a node: its list, then what was packed of it before, to a range of its own in `packed`; the list is empty
+// then. *used: entries handed out so far.
+IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* octree_entries,
+                            IR_GLOBAL const RecordKey* record_keys, IR_GLOBAL const uint* before, IR_GLOBAL uint* packed,
+                            IR_GLOBAL uint* used, uint node_count) {
+    if (IR_GLOBAL_ID >= node_count) return;
+    IR_GLOBAL uint* node = octree_nodes + (size_t)IR_NODE_STRIDE * IR_GLOBAL_ID;
+    const uint old_first = node[IR_NODE_PACKED], old_count = node[IR_NODE_PACKED + 1u];
+    uint count = old_count;
+    for (uint link = node[IR_NODE_HEAD]; link != 0u; link = octree_entries[(size_t)2u * (link - 1u) + 1u]) ++count;
+    if (count == 0u) return;
+    const uint first = IR_ATOMIC_ADD(used, count);
+    IR_GLOBAL uint* to = packed + (size_t)IR_PACKED_WORDS * first;
+    const real3 lo = make_real3(IR_AS_FLOAT(node[IR_NODE_PLACE]), IR_AS_FLOAT(node[IR_NODE_PLACE + 1u]),
+                                IR_AS_FLOAT(node[IR_NODE_PLACE + 2u]));
+    const float scale = IR_AS_FLOAT(node[IR_NODE_PLACE + 3u]);
+    for (uint link = node[IR_NODE_HEAD]; link != 0u; to += IR_PACKED_WORDS) {
+        const uint record = octree_entries[(size_t)2u * (link - 1u)];
+        const RecordKey key = record_keys[record];
+        pack_entry(to, &key, record, lo, scale);
+        link = octree_entries[(size_t)2u * (link - 1u) + 1u];
+    }
+    IR_GLOBAL const uint* from = before + (size_t)IR_PACKED_WORDS * old_first;
+    for (uint i = 0; i < IR_PACKED_WORDS * old_count; ++i) to[i] = from[i];
+    node[IR_NODE_HEAD] = 0u;
+    node[IR_NODE_PACKED] = first;
+    node[IR_NODE_PACKED + 1u] = count;
 }

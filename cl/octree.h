@@ -1,6 +1,6 @@
 // The octree of records on the device. A record is entered into every node of one level that its support touches, the
 // level where a node's edge lies between one and two support radii; a look-up then walks one path from the root and
-// sees every record that can reach the point. Nodes and list entries are handed out by atomic counters; when either
+// sees every record that can reach the point (octree_walk.h). Nodes and list entries are handed out by atomic counters; when either
 // array is full the host grows it and runs the insertion again (entering twice is harmless).
 //
 // Lists are kept in descending order of record index, whatever the order in which work-items get to run, so that
@@ -10,10 +10,17 @@
 #include "irradia/shared/record_types.h"
 #include "portable.h"
 
-// Nodes: nodes[9 i + c], c < 8 = child node or 0; nodes[9 i + 8] = head of the node's list or 0.
+// A node is IR_NODE_STRIDE words, one cache line:
+//     0 to 7     its children, or 0
+//     8          head of its list, or 0
+//     9, 10      the packed part that follows the list (packed.h): first entry, number of entries
+//     12 to 15   floats: its lower corner; IR_PACKED_STEPS / its edge
 // Entries: entries[2 e] = record, entries[2 e + 1] = next; an entry's reference is e + 1, 0 ends a list.
-#define IR_NODE_STRIDE 9u
+#define IR_NODE_STRIDE 16u
 #define IR_NODE_HEAD 8u
+#define IR_NODE_PACKED 9u
+#define IR_NODE_PLACE 12u
+#define IR_PACKED_STEPS 16384.0f
 
 // Integer coordinate of x along one axis at the deepest level, clamped to the root cube.
 IR_FN uint octree_coordinate(float x, float origin, float size) {
@@ -33,39 +40,6 @@ IR_FN uint octree_level(float support, float size) {
     return level;
 }
 
-// A walk down the one path of nodes that hold p, over all records entered in them:
-//     OctreeWalk walk = octree_walk(nodes, &parameters, p);
-//     while (octree_next(nodes, entries, &walk, &record)) ...
-typedef struct OctreeWalk {
-    uint x, y, z;  // of p, at the deepest level
-    uint node, level, link;
-} OctreeWalk;
-
-IR_FN OctreeWalk octree_walk(IR_GLOBAL const uint* nodes, const CacheParameters* cache, real3 p) {
-    OctreeWalk walk;
-    walk.x = octree_coordinate(p.x, cache->origin_x, cache->size);
-    walk.y = octree_coordinate(p.y, cache->origin_y, cache->size);
-    walk.z = octree_coordinate(p.z, cache->origin_z, cache->size);
-    walk.node = walk.level = 0u;
-    walk.link = nodes[IR_NODE_HEAD];
-    return walk;
-}
-
-IR_FN bool octree_next(IR_GLOBAL const uint* nodes, IR_GLOBAL const uint* entries, OctreeWalk* walk, uint* record) {
-    while (walk->link == 0u) {
-        if (walk->level == IR_OCTREE_MAX_DEPTH) return false;
-        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - walk->level++;
-        const uint child =
-            ((walk->x >> shift) & 1u) | (((walk->y >> shift) & 1u) << 1) | (((walk->z >> shift) & 1u) << 2);
-        walk->node = nodes[IR_NODE_STRIDE * walk->node + child];
-        if (walk->node == 0u) return false;
-        walk->link = nodes[IR_NODE_STRIDE * walk->node + IR_NODE_HEAD];
-    }
-    *record = entries[2u * (walk->link - 1u)];
-    walk->link = entries[2u * (walk->link - 1u) + 1u];
-    return true;
-}
-
 #ifdef IR_OCTREE_INSERT  // ---------------------------------------------------------------- insertion (kernels only)
 typedef struct OctreeMemory {
     volatile IR_GLOBAL uint* nodes;
@@ -74,9 +48,9 @@ typedef struct OctreeMemory {
     uint node_capacity, entry_capacity;
 } OctreeMemory;
 
-// Child c of node, made if it is not there; 0 if the nodes are used up.
-IR_FN uint octree_child(const OctreeMemory* tree, uint node, uint c) {
-    volatile IR_GLOBAL uint* slot = &tree->nodes[IR_NODE_STRIDE * node + c];
+// Child c of node, made if it is not there; 0 if the nodes are used up. lo, edge: the child's place.
+IR_FN uint octree_child(const OctreeMemory* tree, uint node, uint c, real3 lo, float edge) {
+    volatile IR_GLOBAL uint* slot = &tree->nodes[(size_t)IR_NODE_STRIDE * node + c];
     const uint child = *slot;
     if (child != 0u) return child;
     const uint fresh = IR_ATOMIC_ADD(&tree->state[0], 1u);
@@ -86,29 +60,35 @@ IR_FN uint octree_child(const OctreeMemory* tree, uint node, uint c) {
     }
     // A node that loses the race stays unused: its words are zero and nothing refers to it.
     const uint winner = IR_ATOMIC_CAS(slot, 0u, fresh);
-    return winner == 0u ? fresh : winner;
+    if (winner != 0u) return winner;
+    volatile IR_GLOBAL uint* place = &tree->nodes[(size_t)IR_NODE_STRIDE * fresh + IR_NODE_PLACE];
+    place[0] = IR_AS_UINT(lo.x);
+    place[1] = IR_AS_UINT(lo.y);
+    place[2] = IR_AS_UINT(lo.z);
+    place[3] = IR_AS_UINT(IR_PACKED_STEPS / edge);
+    return fresh;
 }
 
 // Enters record into node's list at its place; returns 0 if the entries are used up. Lock-free: a lost race retries.
 IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record) {
     uint entry = 0xffffffffu;
-    volatile IR_GLOBAL uint* link = &tree->nodes[IR_NODE_STRIDE * node + IR_NODE_HEAD];
+    volatile IR_GLOBAL uint* link = &tree->nodes[(size_t)IR_NODE_STRIDE * node + IR_NODE_HEAD];
     for (;;) {
         uint next = *link;
-        while (next != 0u && tree->entries[2u * (next - 1u)] > record) {
-            link = &tree->entries[2u * (next - 1u) + 1u];
+        while (next != 0u && tree->entries[(size_t)2u * (next - 1u)] > record) {
+            link = &tree->entries[(size_t)2u * (next - 1u) + 1u];
             next = *link;
         }
-        if (next != 0u && tree->entries[2u * (next - 1u)] == record) return 1u;
+        if (next != 0u && tree->entries[(size_t)2u * (next - 1u)] == record) return 1u;
         if (entry == 0xffffffffu) {
             entry = IR_ATOMIC_ADD(&tree->state[1], 1u);
             if (entry >= tree->entry_capacity) {
                 tree->state[2] = 1u;
                 return 0u;
             }
-            tree->entries[2u * entry] = record;
+            tree->entries[(size_t)2u * entry] = record;
         }
-        tree->entries[2u * entry + 1u] = next;
+        tree->entries[(size_t)2u * entry + 1u] = next;
         IR_GLOBAL_FENCE();
         if (IR_ATOMIC_CAS(link, next, entry + 1u) == next) return 1u;
     }
@@ -152,9 +132,12 @@ IR_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint r
                 uint node = 0u;
                 bool room = true;
                 for (uint l = level; room && l > 0u; --l) {
-                    const uint c =
-                        ((x >> (l - 1u)) & 1u) | (((y >> (l - 1u)) & 1u) << 1) | (((z >> (l - 1u)) & 1u) << 2);
-                    node = octree_child(tree, node, c);
+                    const uint cx = x >> (l - 1u), cy = y >> (l - 1u), cz = z >> (l - 1u);
+                    const float e = edge * (float)(1u << (l - 1u));
+                    node = octree_child(tree, node, (cx & 1u) | ((cy & 1u) << 1) | ((cz & 1u) << 2),
+                                        make_real3(cache.origin_x + (float)cx * e, cache.origin_y + (float)cy * e,
+                                                   cache.origin_z + (float)cz * e),
+                                        e);
                     room = node != 0u;
                 }
                 if (room) octree_enter(tree, node, record);

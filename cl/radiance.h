@@ -19,16 +19,18 @@ typedef struct RadianceCache {
 } RadianceCache;
 
 #define IR_RADIANCE_ARGS                                                                                               \
-    IR_GLOBAL const uint *lobe_nodes, IR_GLOBAL const uint *lobe_entries, IR_GLOBAL const RecordKey *lobe_keys,        \
-        IR_GLOBAL const RecordValue *lobe_values, CacheParameters lobe_parameters, IR_GLOBAL const float *lobe_samples, \
+    IR_GLOBAL const uint *lobe_nodes, IR_GLOBAL const uint *lobe_entries, IR_GLOBAL const uint *lobe_packed,           \
+        IR_GLOBAL const RecordKey *lobe_keys, IR_GLOBAL const RecordValue *lobe_values,                                \
+        CacheParameters lobe_parameters, IR_GLOBAL const float *lobe_samples, \
         IR_GLOBAL const float *lobe_harmonics, IR_GLOBAL const float *lobe_tables, IR_GLOBAL const uint *lobe_offsets, \
         RadianceParameters radiance_parameters
 #define IR_RADIANCE_INIT(c)               \
     RadianceCache c;                      \
-    c.records.nodes = lobe_nodes;         \
-    c.records.entries = lobe_entries;     \
-    c.records.keys = lobe_keys;           \
-    c.records.values = lobe_values;       \
+    c.records.octree.nodes = lobe_nodes;  \
+    c.records.octree.entries = lobe_entries; \
+    c.records.octree.packed = lobe_packed; \
+    c.records.octree.keys = lobe_keys;    \
+    c.records.octree.values = lobe_values; \
     c.records.parameters = lobe_parameters; \
     c.samples = lobe_samples;             \
     c.harmonics = lobe_harmonics;         \
@@ -192,7 +194,7 @@ IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const RecordKey
         sin_m = cos_m * sin1 + sin_m * cos1;
         cos_m = next;
     }
-    const IR_GLOBAL RecordValue* v = &c->records.values[record];
+    const IR_GLOBAL RecordValue* v = &c->records.octree.values[record];
     const real3 mean = make_real3(v->e[0], v->e[1], v->e[2]) * IR_INV_PI;
     const real3 albedo = lobe_values(&q->entry, 0u);
     LobeSum lobe;
@@ -224,9 +226,9 @@ IR_FN bool radiance_lookup(const RadianceCache* c, const Surface* f, real3 p, re
     LobeSum sum = lobe_sum_zero();
     bool found = false;
     uint record;
-    OctreeWalk walk = octree_walk(c->records.nodes, &parameters, p);
-    while (octree_next(c->records.nodes, c->records.entries, &walk, &record)) {
-        const RecordKey key = c->records.keys[record];
+    OctreeWalk walk = record_walk(&c->records.octree, &parameters, p, f->ns, 0u);
+    while (octree_next(&c->records.octree, &walk, &record)) {
+        const RecordKey key = c->records.octree.keys[record];
         const float w = record_weight(&parameters, &key, p, f->ns, 0u);
         if (!(w > 0.0f)) continue;
         const real3 delta = p - make_real3(key.px, key.py, key.pz);
@@ -258,9 +260,9 @@ IR_FN float radiance_spread(const RadianceCache* c, const Surface* f, float* lea
     float weights[IR_SPREAD_RECORDS], values[IR_SPREAD_RECORDS], total = 0.0f, mean = 0.0f;
     uint count = 0u, record;
     *least = IR_INFINITY;
-    OctreeWalk walk = octree_walk(c->records.nodes, &parameters, f->p);
-    while (count < IR_SPREAD_RECORDS && octree_next(c->records.nodes, c->records.entries, &walk, &record)) {
-        const RecordKey key = c->records.keys[record];
+    OctreeWalk walk = record_walk(&c->records.octree, &parameters, f->p, f->ns, 0u);
+    while (count < IR_SPREAD_RECORDS && octree_next(&c->records.octree, &walk, &record)) {
+        const RecordKey key = c->records.octree.keys[record];
         const float w = record_weight(&parameters, &key, f->p, f->ns, 0u);
         if (!(w > 0.0f)) continue;
         const real3 delta = f->p - make_real3(key.px, key.py, key.pz);

@@ -31,7 +31,7 @@ IR_FN real3 samples_irradiance(const RadianceCache* c, uint record, real3 to_rec
 // there the record's irradiance stays as it is.
 IR_FN real3 harmonics_irradiance(const RadianceCache* c, uint record, const RecordKey* k, real3 delta) {
     const uint count = c->parameters.order * c->parameters.order;
-    const IR_GLOBAL RecordValue* v = &c->records.values[record];
+    const IR_GLOBAL RecordValue* v = &c->records.octree.values[record];
     const real3 e = make_real3(v->e[0], v->e[1], v->e[2]);
     if (c->parameters.order < 2u) return e;
     IR_GLOBAL const float* s = c->harmonics + (size_t)record * (IR_HARMONIC_SETS * count);

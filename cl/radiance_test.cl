@@ -106,7 +106,7 @@ IR_KERNEL void test_record_sums(IR_RADIANCE_ARGS, IR_GLOBAL const Material* mate
     const Surface f = asked_surface(materials, questions + IR_QUESTION * i);
     const LobeQuery query = lobe_query(&cache, &f, f.p);
     const uint record = records[i];
-    const RecordKey key = cache.records.keys[record];
+    const RecordKey key = cache.records.octree.keys[record];
     const real3 delta = f.p - make_real3(key.px, key.py, key.pz);
     IR_GLOBAL float* a = answers + 18u * i;
     const LobeSum samples = samples_sum(&cache, record, -delta, &query);

@@ -8,9 +8,15 @@
 namespace irradia {
 namespace {
 constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 32768;
-constexpr std::size_t node_bytes = 9 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
+constexpr std::size_t node_words = 16, node_place = 12;  // IR_NODE_STRIDE, IR_NODE_PLACE of cl/octree.h
+constexpr float packed_steps = 16384;                    // IR_PACKED_STEPS
+constexpr std::size_t node_bytes = node_words * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
+constexpr std::size_t packed_bytes = 4 * sizeof(std::uint32_t);
+constexpr std::size_t packed_slack = 8;         // look-ups read as many at once: the last ones beyond the end
 constexpr std::size_t items = 64;               // work-group size of the insertion kernels
 constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
+constexpr std::uint64_t least_packed = 16384;   // entries in lists that are worth packing
+constexpr std::uint64_t settled_share = 16;     // lists hold one entry in so many, at most, when many look-ups come
 
 std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }
 }  // namespace
@@ -30,11 +36,24 @@ RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device
     set_weights();
     parameters_.coordinate = coordinate;
     parameters_.stretch = 1;
-    const shared::OctreeState empty{1, 0, 0, 0};  // node 0 is the root
-    state_ = device_.upload(&empty, sizeof empty);
+    state_ = device_.allocate(sizeof(shared::OctreeState));
     grow_records(first_records);
     grow_octree(first_nodes, first_entries);
+    clear_octree();
     octree_.growths = 0;
+}
+
+// The root alone, without records.
+void RecordCache::clear_octree() {
+    device_.fill(nodes_, 0, node_capacity_ * node_bytes);
+    const float place[] = {parameters_.origin_x, parameters_.origin_y, parameters_.origin_z,
+                           packed_steps / parameters_.size};
+    device_.write(nodes_, place, sizeof place, node_place * sizeof(std::uint32_t));
+    const shared::OctreeState empty{1, 0, 0, 0};
+    device_.write(state_, &empty, sizeof empty);
+    packed_ = device_.allocate(packed_slack * packed_bytes);
+    packed_count_ = 0;
+    octree_ = {1, 0, 0, octree_.growths};
 }
 
 // How look-ups weigh, from the settings.
@@ -88,6 +107,7 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
         device_.kernel("insert_records.cl", "clamp_new_records", defines())
             .arg(nodes_)
             .arg(entries_)
+            .arg(packed_)
             .arg(keys_)
             .arg(parameters_)
             .arg(points)
@@ -100,6 +120,7 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
         device_.kernel("insert_records.cl", "clamp_old_records", defines())
             .arg(nodes_)
             .arg(entries_)
+            .arg(packed_)
             .arg(keys_)
             .arg(parameters_)
             .arg(points)
@@ -126,8 +147,40 @@ void RecordCache::load(const std::vector<shared::RecordKey>& keys, const std::ve
 // launch that came first, and past all that follow it when it is entered again: in launches of a bounded number a
 // million records of one cell take linear time.
 void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
-    for (std::uint32_t done = 0; done < count; done += launch_records)
+    for (std::uint32_t done = 0; done < count; done += launch_records) {
         enter_launch(first + done, std::min(launch_records, count - done));
+        if (listed() >= std::max<std::uint64_t>(least_packed, packed_count_)) pack();
+    }
+}
+
+std::uint64_t RecordCache::listed() const noexcept { return octree_.entries - packed_count_; }
+
+void RecordCache::settle() {
+    if (listed() > packed_count_ / settled_share) pack();
+}
+
+// All lists into their nodes' packed parts. Whenever those have doubled, and before many look-ups: the work for an
+// entry is bounded, whatever their number.
+void RecordCache::pack() {
+    if (listed() == 0) return;
+    Buffer fresh = device_.allocate((octree_.entries + packed_slack) * packed_bytes);
+    const std::uint32_t none = 0;
+    const Buffer used = device_.upload(&none, sizeof none);
+    device_.kernel("insert_records.cl", "pack_records", defines())
+        .arg(nodes_)
+        .arg(entries_)
+        .arg(keys_)
+        .arg(packed_)
+        .arg(fresh)
+        .arg(used)
+        .arg(static_cast<std::uint32_t>(octree_.nodes))
+        .run(groups_of(octree_.nodes), items);
+    const shared::OctreeState emptied{static_cast<std::uint32_t>(octree_.nodes), 0, 0,
+                                      static_cast<std::uint32_t>(octree_.depth)};
+    device_.write(state_, &emptied, sizeof emptied);
+    device_.finish();
+    packed_ = std::move(fresh);
+    packed_count_ = octree_.entries;
 }
 
 void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
@@ -146,13 +199,14 @@ void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
         shared::OctreeState state{};
         device_.read(state_, &state, sizeof state);
         octree_.nodes = std::min<std::uint64_t>(state.node_count, node_capacity_);
-        octree_.entries = std::min<std::uint64_t>(state.entry_count, entry_capacity_);
+        const std::uint64_t listed = std::min<std::uint64_t>(state.entry_count, entry_capacity_);
+        octree_.entries = packed_count_ + listed;
         octree_.depth = state.depth;
         if (state.overflow == 0) break;
         // What did fit stays; entering a record twice is harmless, so the whole launch is simply run again.
         const bool more_nodes = state.node_count > node_capacity_, more_entries = state.entry_count > entry_capacity_;
         state.node_count = static_cast<std::uint32_t>(octree_.nodes);
-        state.entry_count = static_cast<std::uint32_t>(octree_.entries);
+        state.entry_count = static_cast<std::uint32_t>(listed);
         state.overflow = 0;
         grow_octree(more_nodes ? 2 * node_capacity_ : node_capacity_,
                     more_entries ? 2 * entry_capacity_ : entry_capacity_);
@@ -170,21 +224,20 @@ void RecordCache::rescale(float factor, const CacheSettings& settings) {
         k.support2 *= factor;
     }
     device_.write(keys_, keys.data(), keys.size() * sizeof keys[0]);
-    device_.fill(nodes_, 0, node_capacity_ * node_bytes);
-    const shared::OctreeState empty{1, 0, 0, 0};
-    device_.write(state_, &empty, sizeof empty);
-    octree_ = {1, 0, 0, octree_.growths};
+    clear_octree();
     enter(0, static_cast<std::uint32_t>(size_));
 }
 
 void RecordCache::state(Checkpoint& c) {
-    std::uint64_t sizes[] = {size_, capacity_, node_capacity_, entry_capacity_};
+    std::uint64_t sizes[] = {size_, capacity_, node_capacity_, entry_capacity_, packed_count_};
     c(sizes)(octree_)(settings_)(parameters_);
     size_ = sizes[0], capacity_ = sizes[1], node_capacity_ = sizes[2], entry_capacity_ = sizes[3];
+    packed_count_ = sizes[4];
     exchange(c, device_, keys_, size_ * sizeof(shared::RecordKey), capacity_ * sizeof(shared::RecordKey));
     exchange(c, device_, values_, size_ * sizeof(shared::RecordValue), capacity_ * sizeof(shared::RecordValue));
     exchange(c, device_, nodes_, octree_.nodes * node_bytes, node_capacity_ * node_bytes);
-    exchange(c, device_, entries_, octree_.entries * entry_bytes, entry_capacity_ * entry_bytes);
+    exchange(c, device_, entries_, listed() * entry_bytes, entry_capacity_ * entry_bytes);
+    exchange(c, device_, packed_, packed_count_ * packed_bytes, (packed_count_ + packed_slack) * packed_bytes);
     exchange(c, device_, state_, sizeof(shared::OctreeState));
 }
 
@@ -200,7 +253,7 @@ shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {
 }
 
 Kernel& RecordCache::bind(Kernel& kernel, bool placement) const {
-    return kernel.arg(nodes_).arg(entries_).arg(keys_).arg(values_).arg(parameters(placement));
+    return kernel.arg(nodes_).arg(entries_).arg(packed_).arg(keys_).arg(values_).arg(parameters(placement));
 }
 
 std::map<std::string, std::string> RecordCache::defines() const {

@@ -45,6 +45,9 @@ public:
     /// Supports times `factor`, and look-ups by `settings` (whose bounds are the old ones) from now on.
     void rescale(float factor, const CacheSettings& settings);
 
+    /// Before many look-ups: what was entered last becomes as quick to find as the rest.
+    void settle();
+
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] const Buffer& keys() const noexcept { return keys_; }
     [[nodiscard]] const Buffer& values() const noexcept { return values_; }
@@ -73,13 +76,17 @@ private:
     void enter(std::uint32_t first, std::uint32_t count);
     void enter_launch(std::uint32_t first, std::uint32_t count);
     void grow_octree(std::size_t nodes, std::size_t entries);
+    void clear_octree();
+    void pack();
+    [[nodiscard]] std::uint64_t listed() const noexcept;  ///< entries that are not packed
     void set_weights();
 
     Device& device_;
     CacheSettings settings_;
     shared::CacheParameters parameters_{};
-    Buffer keys_, values_, nodes_, entries_, state_;
+    Buffer keys_, values_, nodes_, entries_, packed_, state_;
     std::size_t size_ = 0, capacity_ = 0, node_capacity_ = 0, entry_capacity_ = 0;
+    std::uint64_t packed_count_ = 0;
     Octree octree_;
 };
 

@@ -100,6 +100,8 @@ void CachingRenderer::Caching::sweep(Film& film) {
     const bool requests = round_ < record_rounds;
     // On diffuse surfaces only what finds no record goes on as a path.
     if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
+    cache_.settle();
+    if (radiance_) radiance_->settle();
     Launch& launch = this->launch(film);
     std::map<std::string, std::string> defines = grid_.defines();
     defines.insert(defines_.begin(), defines_.end());
