@@ -26,14 +26,12 @@ typedef struct Cache {
     c.octree.values = record_values;   \
     c.parameters = cache_parameters
 
-// Weight of a record at (p, n) of a surface with coat `coat`, 0 if it does not apply.
-IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p, real3 n, uint coat) {
-    if (k->coat != coat) return 0.0f;
-    const real3 delta = p - make_real3(k->px, k->py, k->pz);
+// Weight of a record at (p, n) of a surface with coat `coat`, 0 if it does not apply. Without branches: of several records
+// the roots and divisions go on at once.
+IR_FN float record_weight(const CacheParameters* c, const IR_GLOBAL RecordKey* k, real3 p, real3 n, uint coat) {
+    const real3 pi = make_real3(k->px, k->py, k->pz), ni = make_real3(k->nx, k->ny, k->nz);
     const float distance =
-        elliptic_error(delta, make_real3(k->t2x, k->t2y, k->t2z), k->support1, k->support2) * c->stretch;
-    if (!(distance < 1.0f)) return 0.0f;
-    const real3 ni = make_real3(k->nx, k->ny, k->nz);
+        elliptic_error(p - pi, make_real3(k->t2x, k->t2y, k->t2z), k->support1, k->support2) * c->stretch;
     const float angle = normal_error(n, ni) * c->inverse_angle * c->stretch;
 #if IR_WEIGHT == 1  // Tabellion: support and angle are already in units of 1/kappa
     const float w = 1.0f - max(distance, angle);
@@ -42,21 +40,64 @@ IR_FN float record_weight(const CacheParameters* c, const RecordKey* k, real3 p,
 #else
     const float w = ward_weight_normalised(distance + angle);
 #endif
-    if (!(w > 0.0f)) return 0.0f;
-    if (c->in_front > 0.0f) {
-        const real3 pi = make_real3(k->px, k->py, k->pz);
-        if (is_in_front(p, n, pi, ni, c->in_front, c->coordinate) || is_below(p, n, pi, ni)) return 0.0f;
-    }
-    return w;
+    bool applies = (k->coat == coat) & (distance < 1.0f) & (w > 0.0f);
+    if (c->in_front > 0.0f)
+        applies = applies & !(is_in_front(p, n, pi, ni, c->in_front, c->coordinate) | is_below(p, n, pi, ni));
+    return applies ? w : 0.0f;
 }
 
-// Records whose weight may be positive at (p, n) of a surface with coat `coat`.
-IR_FN OctreeWalk record_walk(const Octree* tree, const CacheParameters* c, real3 p, real3 n, uint coat) {
+// The records whose weight is positive at (p, n) of a surface with coat `coat`:
+//     RecordWalk walk = record_walk(&octree, &parameters, p, n, coat);
+//     while (record_next(&octree, &parameters, &walk)) ... walk.record, walk.weight
+typedef struct RecordWalk {
+    OctreeWalk octree;
+    real3 p, n;
+    uint coat, record;
+    float weight;
+#ifdef IR_WALK_AHEAD
+    float weights[IR_WALK_AHEAD + 8u];  // of octree.met
+#endif
+} RecordWalk;
+
+IR_FN RecordWalk record_walk(const Octree* tree, const CacheParameters* c, real3 p, real3 n, uint coat) {
+    RecordWalk walk;
     const float near = 1.0f / c->stretch, angle = near / c->inverse_angle;
     PackedQuery query = packed_query(p, n, near, 0.0f, 1.0f - angle * angle);
     query.coat = coat << 24;
     query.coat_mask = 0xff000000u;
-    return octree_walk(tree, c, query);
+    walk.octree = octree_walk(tree, c, query);
+    walk.p = p;
+    walk.n = n;
+    walk.coat = coat;
+    return walk;
+}
+
+IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk* walk) {
+#ifdef IR_WALK_AHEAD
+    OctreeWalk* o = &walk->octree;
+    while (o->taken == o->count) {
+        octree_collect(tree, o);
+        if (o->count == 0u) return false;
+        uint count = 0u;
+        for (uint i = 0; i < o->count; ++i) {
+            const uint record = o->met[i];
+            const float w = record_weight(c, &tree->keys[record], walk->p, walk->n, walk->coat);
+            o->met[count] = record;
+            walk->weights[count] = w;
+            count += w > 0.0f ? 1u : 0u;
+        }
+        o->count = count;
+    }
+    walk->record = o->met[o->taken];
+    walk->weight = walk->weights[o->taken++];
+    return true;
+#else
+    while (octree_next(tree, &walk->octree, &walk->record)) {
+        walk->weight = record_weight(c, &tree->keys[walk->record], walk->p, walk->n, walk->coat);
+        if (walk->weight > 0.0f) return true;
+    }
+    return false;
+#endif
 }
 
 // One channel of (1.7), within [0, 2 E_i] (theory 4.5).
@@ -65,7 +106,7 @@ IR_FN float extrapolate(float e, real3 turn, real3 rotation, real3 delta, real3 
 }
 
 // Irradiance of record i extrapolated to (p, n) (1.7); each channel within [0, 2 E_i] (theory 4.5).
-IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k, real3 p, real3 n) {
+IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const IR_GLOBAL RecordKey* k, real3 p, real3 n) {
     const real3 delta = p - make_real3(k->px, k->py, k->pz);
     const real3 turn = cross(make_real3(k->nx, k->ny, k->nz), n);
     real3 e;
@@ -82,14 +123,10 @@ IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const RecordKey* k
 IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
-    uint record;
-    OctreeWalk walk = record_walk(&c->octree, &q, p, n, coat);
-    while (octree_next(&c->octree, &walk, &record)) {
-        const RecordKey key = c->octree.keys[record];
-        const float w = record_weight(&q, &key, p, n, coat);
-        if (!(w > 0.0f)) continue;
-        weights += w;
-        *sum += record_irradiance(&c->octree.values[record], &key, p, n) * w;
+    RecordWalk walk = record_walk(&c->octree, &q, p, n, coat);
+    while (record_next(&c->octree, &q, &walk)) {
+        weights += walk.weight;
+        *sum += record_irradiance(&c->octree.values[walk.record], &c->octree.keys[walk.record], p, n) * walk.weight;
     }
     return weights;
 }
@@ -100,14 +137,11 @@ IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum
 IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat, float reach) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
-    uint record;
-    OctreeWalk walk = record_walk(&c->octree, &q, p, n, coat);
-    while (octree_next(&c->octree, &walk, &record)) {
-        const RecordKey key = c->octree.keys[record];
-        const float w = record_weight(&q, &key, p, n, coat);
-        if (!(w > 0.0f)) continue;
-        if (key.support1 > 1.001f * (reach + length(p - make_real3(key.px, key.py, key.pz)))) continue;
-        weights += w;
+    RecordWalk walk = record_walk(&c->octree, &q, p, n, coat);
+    while (record_next(&c->octree, &q, &walk)) {
+        const IR_GLOBAL RecordKey* key = &c->octree.keys[walk.record];
+        if (key->support1 > 1.001f * (reach + length(p - make_real3(key->px, key->py, key->pz)))) continue;
+        weights += walk.weight;
         if (weights > q.minimum_weight) return true;
     }
     return false;

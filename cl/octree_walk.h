@@ -76,6 +76,7 @@ IR_FN void octree_meet(const Octree* tree, OctreeWalk* walk, uint record) {
     walk->met[walk->count++] = record;
 }
 
+// The next records, at least IR_WALK_AHEAD of them if there are as many; none at the walk's end.
 IR_FN void octree_collect(const Octree* tree, OctreeWalk* walk) {
     walk->count = walk->taken = 0u;
     for (;;) {

@@ -165,7 +165,7 @@ IR_FN LobeSum samples_sum(const RadianceCache* c, uint record, real3 to_record, 
 
 // The same from a record's harmonics, divided by the lobe's albedo. The lobe is turned so that its mirror direction is
 // right, which counts most, in the record's frame instead of the surface's.
-IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const RecordKey* k, real3 delta, const LobeQuery* q) {
+IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const IR_GLOBAL RecordKey* k, real3 delta, const LobeQuery* q) {
     const uint order = c->parameters.order, count = order * order;
     IR_GLOBAL const float* s = c->harmonics + (size_t)record * (IR_HARMONIC_SETS * count);
     const Frame frame = make_frame(make_real3(k->nx, k->ny, k->nz));
@@ -225,14 +225,13 @@ IR_FN bool radiance_lookup(const RadianceCache* c, const Surface* f, real3 p, re
     const CacheParameters parameters = lobe_cache_parameters(c, f);
     LobeSum sum = lobe_sum_zero();
     bool found = false;
-    uint record;
-    OctreeWalk walk = record_walk(&c->records.octree, &parameters, p, f->ns, 0u);
-    while (octree_next(&c->records.octree, &walk, &record)) {
-        const RecordKey key = c->records.octree.keys[record];
-        const float w = record_weight(&parameters, &key, p, f->ns, 0u);
-        if (!(w > 0.0f)) continue;
-        const real3 delta = p - make_real3(key.px, key.py, key.pz);
-        const LobeSum one = q.harmonics ? harmonics_sum(c, record, &key, delta, &q) : samples_sum(c, record, -delta, &q);
+    RecordWalk walk = record_walk(&c->records.octree, &parameters, p, f->ns, 0u);
+    while (record_next(&c->records.octree, &parameters, &walk)) {
+        const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
+        const float w = walk.weight;
+        const real3 delta = p - make_real3(key->px, key->py, key->pz);
+        const LobeSum one =
+            q.harmonics ? harmonics_sum(c, walk.record, key, delta, &q) : samples_sum(c, walk.record, -delta, &q);
         sum.weighted += one.weighted * w;
         sum.total += one.total * w;
         found = true;
@@ -258,22 +257,22 @@ IR_FN float radiance_spread(const RadianceCache* c, const Surface* f, float* lea
     const CacheParameters parameters = lobe_cache_parameters(c, f);
     // The mean, then the deviations from it; of more records than fit, the first.
     float weights[IR_SPREAD_RECORDS], values[IR_SPREAD_RECORDS], total = 0.0f, mean = 0.0f;
-    uint count = 0u, record;
+    uint count = 0u;
     *least = IR_INFINITY;
-    OctreeWalk walk = record_walk(&c->records.octree, &parameters, f->p, f->ns, 0u);
-    while (count < IR_SPREAD_RECORDS && octree_next(&c->records.octree, &walk, &record)) {
-        const RecordKey key = c->records.octree.keys[record];
-        const float w = record_weight(&parameters, &key, f->p, f->ns, 0u);
-        if (!(w > 0.0f)) continue;
-        const real3 delta = f->p - make_real3(key.px, key.py, key.pz);
-        const LobeSum one = q.harmonics ? harmonics_sum(c, record, &key, delta, &q) : samples_sum(c, record, -delta, &q);
+    RecordWalk walk = record_walk(&c->records.octree, &parameters, f->p, f->ns, 0u);
+    while (count < IR_SPREAD_RECORDS && record_next(&c->records.octree, &parameters, &walk)) {
+        const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
+        const float w = walk.weight;
+        const real3 delta = f->p - make_real3(key->px, key->py, key->pz);
+        const LobeSum one =
+            q.harmonics ? harmonics_sum(c, walk.record, key, delta, &q) : samples_sum(c, walk.record, -delta, &q);
         weights[count] = w;
         values[count] = 0.2126f * positive_ratio(one.weighted.x, one.total.x) +
                         0.7152f * positive_ratio(one.weighted.y, one.total.y) +
                         0.0722f * positive_ratio(one.weighted.z, one.total.z);
         total += w;
         mean += w * values[count++];
-        *least = min(*least, key.support1);
+        *least = min(*least, key->support1);
     }
     if (!(mean > 0.0f)) return 0.0f;
     mean /= total;
