@@ -46,6 +46,10 @@ IR_FN float record_weight(const CacheParameters* c, const IR_GLOBAL RecordKey* k
     return applies ? w : 0.0f;
 }
 
+#ifdef IR_WALK_AHEAD
+#include "cache_cpu.h"
+#endif
+
 // The records whose weight is positive at (p, n) of a surface with coat `coat`:
 //     RecordWalk walk = record_walk(&octree, &parameters, p, n, coat);
 //     while (record_next(&octree, &parameters, &walk)) ... walk.record, walk.weight
@@ -79,10 +83,13 @@ IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk*
         octree_collect(tree, o);
         if (o->count == 0u) return false;
         uint count = 0u;
+        for (uint i = 0; i < o->count; i += IR_LANES) {
+            for (uint j = o->count; j < i + IR_LANES; ++j) o->met[j] = o->met[i];
+            vstore8(record_weights(c, tree->keys, o->met + i, walk->p, walk->n, walk->coat), 0, walk->weights + i);
+        }
         for (uint i = 0; i < o->count; ++i) {
-            const uint record = o->met[i];
-            const float w = record_weight(c, &tree->keys[record], walk->p, walk->n, walk->coat);
-            o->met[count] = record;
+            const float w = walk->weights[i];
+            o->met[count] = o->met[i];
             walk->weights[count] = w;
             count += w > 0.0f ? 1u : 0u;
         }
