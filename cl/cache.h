@@ -15,13 +15,14 @@ typedef struct Cache {
 
 #define IR_CACHE_ARGS                                                                                         \
     IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const uint *octree_packed, \
-        IR_GLOBAL const RecordKey *record_keys, IR_GLOBAL const RecordValue *record_values,                   \
+        uint octree_mask, IR_GLOBAL const RecordKey *record_keys, IR_GLOBAL const RecordValue *record_values, \
         CacheParameters cache_parameters
 #define IR_CACHE_INIT(c)               \
     Cache c;                           \
     c.octree.nodes = octree_nodes;     \
     c.octree.entries = octree_entries; \
     c.octree.packed = octree_packed;   \
+    c.octree.mask = octree_mask;       \
     c.octree.keys = record_keys;       \
     c.octree.values = record_values;   \
     c.parameters = cache_parameters
@@ -80,7 +81,7 @@ IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk*
 #ifdef IR_WALK_AHEAD
     OctreeWalk* o = &walk->octree;
     while (o->taken == o->count) {
-        octree_collect(tree, o);
+        octree_collect(tree, c, o);
         if (o->count == 0u) return false;
         uint count = 0u;
         for (uint i = 0; i < o->count; i += IR_LANES) {
@@ -99,7 +100,7 @@ IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk*
     walk->weight = walk->weights[o->taken++];
     return true;
 #else
-    while (octree_next(tree, &walk->octree, &walk->record)) {
+    while (octree_next(tree, c, &walk->octree, &walk->record)) {
         walk->weight = record_weight(c, &tree->keys[walk->record], walk->p, walk->n, walk->coat);
         if (walk->weight > 0.0f) return true;
     }

@@ -1,19 +1,21 @@
-// A walk down the one path of nodes that hold a point, over the records entered in them that a question may be about:
+// A walk over the cells that hold a point, from the root down, and the records entered in them that a question may be about:
 //     OctreeWalk walk = octree_walk(&octree, &parameters, query);
-//     while (octree_next(&octree, &walk, &record)) ...
+//     while (octree_next(&octree, &parameters, &walk, &record)) ...
 // A node's list, which holds what came since the octree was packed, is met whole; then come those of its packed part that
-// answer yes. They are met in the order of today's and all former lists: from the root down, of a node the newest first.
+// answer yes. So records come in the order that all lists would give: of a node the newest first.
 #ifndef IR_OCTREE_WALK_H
 #define IR_OCTREE_WALK_H
 #include "packed.h"
 
 typedef struct Octree {
     IR_GLOBAL const uint *nodes, *entries, *packed;
+    uint mask;  // number of nodes in the table, less one
     IR_GLOBAL const RecordKey* keys;
     IR_GLOBAL const RecordValue* values;  // fetched ahead for those met; 0: not
 } Octree;
 
-// CPU devices collect some records before they are looked at, so that all of them are on their way from memory at once.
+// CPU devices look all nodes up first and collect some records before they are looked at, so that memory is waited for once
+// for many.
 #if IR_LANES == 8u
 #define IR_WALK_AHEAD 16u
 #endif
@@ -21,49 +23,64 @@ typedef struct Octree {
 typedef struct OctreeWalk {
     PackedQuery query;
     NodeQuery place;  // the query in the node's steps
-    uint x, y, z;     // of p, at the deepest level
-    uint node, level, link;
-    uint at, end;  // of the node's packed part
+    uint link, at, end;  // of the node's list; of its packed part
 #ifdef IR_WALK_AHEAD
+    uint node, node_count, nodes[IR_OCTREE_MAX_DEPTH + 1u], levels[IR_OCTREE_MAX_DEPTH + 1u];
     uint count, taken, met[IR_WALK_AHEAD + 8u];
+#else
+    uint x, y, z;  // of p, at the deepest level
+    uint levels;   // still to be asked
 #endif
 } OctreeWalk;
 
-IR_FN void octree_visit(const Octree* tree, OctreeWalk* walk) {
-    IR_GLOBAL const uint* node = tree->nodes + (size_t)IR_NODE_STRIDE * walk->node;
-    walk->link = node[IR_NODE_HEAD];
-    walk->at = node[IR_NODE_PACKED];
-    walk->end = walk->at + node[IR_NODE_PACKED + 1u];
-    // The child is on its way while this node's records are looked at.
-    walk->node = 0u;
-    if (walk->level < IR_OCTREE_MAX_DEPTH) {
-        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - walk->level++;
-        const uint child =
-            ((walk->x >> shift) & 1u) | (((walk->y >> shift) & 1u) << 1) | (((walk->z >> shift) & 1u) << 2);
-        walk->node = node[child];
-        if (walk->node != 0u) IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * walk->node);
-    }
-    if (walk->at == walk->end) return;
-    const real3 lo = make_real3(IR_AS_FLOAT(node[IR_NODE_PLACE]), IR_AS_FLOAT(node[IR_NODE_PLACE + 1u]),
-                                IR_AS_FLOAT(node[IR_NODE_PLACE + 2u]));
-    walk->place = node_query(&walk->query, lo, IR_AS_FLOAT(node[IR_NODE_PLACE + 3u]));
+// The cell of a level that holds the point, at the deepest level (x, y, z): where its node is looked for first, and its key.
+IR_FN uint octree_home_at(uint level, uint x, uint y, uint z, uint mask, OctreeKey* key) {
+    const uint shift = IR_OCTREE_MAX_DEPTH - level;
+    *key = octree_key(level, x >> shift, y >> shift, z >> shift);
+    return octree_home(level, x >> shift, y >> shift, z >> shift, mask);
 }
 
+IR_FN void octree_enter_node(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint node, uint level) {
+    IR_GLOBAL const uint* n = tree->nodes + (size_t)IR_NODE_STRIDE * node;
+    walk->link = n[IR_NODE_HEAD];
+    walk->at = n[IR_NODE_PACKED];
+    walk->end = walk->at + n[IR_NODE_PACKED + 1u];
+    const real3 lo = make_real3(IR_AS_FLOAT(n[IR_NODE_CORNER]), IR_AS_FLOAT(n[IR_NODE_CORNER + 1u]),
+                                IR_AS_FLOAT(n[IR_NODE_CORNER + 2u]));
+    walk->place = node_query(&walk->query, lo, packed_scale(octree_edge(cache, level)));
+}
+
+#ifdef IR_WALK_AHEAD
 IR_FN OctreeWalk octree_walk(const Octree* tree, const CacheParameters* cache, PackedQuery query) {
     OctreeWalk walk;
     walk.query = query;
-    walk.x = octree_coordinate(query.p.x, cache->origin_x, cache->size);
-    walk.y = octree_coordinate(query.p.y, cache->origin_y, cache->size);
-    walk.z = octree_coordinate(query.p.z, cache->origin_z, cache->size);
-    walk.node = walk.level = 0u;
-#ifdef IR_WALK_AHEAD
-    walk.count = walk.taken = 0u;
-#endif
-    octree_visit(tree, &walk);
+    const uint x = octree_coordinate(query.p.x, cache->origin_x, cache->size);
+    const uint y = octree_coordinate(query.p.y, cache->origin_y, cache->size);
+    const uint z = octree_coordinate(query.p.z, cache->origin_z, cache->size);
+    walk.link = walk.at = walk.end = walk.node = walk.count = walk.taken = 0u;
+    OctreeKey keys[IR_OCTREE_MAX_DEPTH + 1u];
+    uint homes[IR_OCTREE_MAX_DEPTH + 1u], count = 0u;
+    for (uint levels = cache->levels; levels != 0u; levels &= levels - 1u) {
+        const uint level = lowest_bit(levels);
+        walk.levels[count] = level;
+        homes[count] = octree_home_at(level, x, y, z, tree->mask, &keys[count]);
+        IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * homes[count]);
+        ++count;
+    }
+    walk.node_count = 0u;
+    for (uint i = 0; i < count; ++i) {
+        const uint node = octree_find(tree->nodes, keys[i], homes[i], tree->mask);
+        if (node == IR_NO_NODE) continue;
+        IR_GLOBAL const uint* n = tree->nodes + (size_t)IR_NODE_STRIDE * node;
+        IR_GLOBAL const uint* first = tree->packed + (size_t)IR_PACKED_WORDS * n[IR_NODE_PACKED];
+        const uint words = min(IR_PACKED_WORDS * n[IR_NODE_PACKED + 1u], 8u * 16u);  // what comes later is fetched in time
+        for (uint at = 0; at < words; at += 16u) IR_PREFETCH(first + at);
+        walk.nodes[walk.node_count] = node;
+        walk.levels[walk.node_count++] = walk.levels[i];
+    }
     return walk;
 }
 
-#ifdef IR_WALK_AHEAD
 IR_FN void octree_meet(const Octree* tree, OctreeWalk* walk, uint record) {
     IR_GLOBAL const char* key = (IR_GLOBAL const char*)&tree->keys[record];
     IR_PREFETCH(key);
@@ -77,7 +94,7 @@ IR_FN void octree_meet(const Octree* tree, OctreeWalk* walk, uint record) {
 }
 
 // The next records, at least IR_WALK_AHEAD of them if there are as many; none at the walk's end.
-IR_FN void octree_collect(const Octree* tree, OctreeWalk* walk) {
+IR_FN void octree_collect(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk) {
     walk->count = walk->taken = 0u;
     for (;;) {
         while (walk->link != 0u) {
@@ -96,21 +113,33 @@ IR_FN void octree_collect(const Octree* tree, OctreeWalk* walk) {
                 octree_meet(tree, walk, entry[IR_PACKED_WORDS * packed_first(yes) + 3u]);
             walk->at += 8u;
         }
-        if (walk->node == 0u) return;
-        octree_visit(tree, walk);
+        if (walk->node == walk->node_count) return;
+        octree_enter_node(tree, cache, walk, walk->nodes[walk->node], walk->levels[walk->node]);
+        ++walk->node;
     }
 }
 
-IR_FN bool octree_next(const Octree* tree, OctreeWalk* walk, uint* record) {
+IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint* record) {
     if (walk->taken == walk->count) {
-        octree_collect(tree, walk);
+        octree_collect(tree, cache, walk);
         if (walk->count == 0u) return false;
     }
     *record = walk->met[walk->taken++];
     return true;
 }
 #else
-IR_FN bool octree_next(const Octree* tree, OctreeWalk* walk, uint* record) {
+IR_FN OctreeWalk octree_walk(const Octree* tree, const CacheParameters* cache, PackedQuery query) {
+    OctreeWalk walk;
+    walk.query = query;
+    walk.x = octree_coordinate(query.p.x, cache->origin_x, cache->size);
+    walk.y = octree_coordinate(query.p.y, cache->origin_y, cache->size);
+    walk.z = octree_coordinate(query.p.z, cache->origin_z, cache->size);
+    walk.link = walk.at = walk.end = 0u;
+    walk.levels = cache->levels;
+    return walk;
+}
+
+IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint* record) {
     for (;;) {
         if (walk->link != 0u) {
             IR_GLOBAL const uint* entry = tree->entries + (size_t)2u * (walk->link - 1u);
@@ -124,8 +153,13 @@ IR_FN bool octree_next(const Octree* tree, OctreeWalk* walk, uint* record) {
             *record = entry[3];
             return true;
         }
-        if (walk->node == 0u) return false;
-        octree_visit(tree, walk);
+        if (walk->levels == 0u) return false;
+        const uint level = lowest_bit(walk->levels);
+        walk->levels &= walk->levels - 1u;
+        OctreeKey key;
+        const uint home = octree_home_at(level, walk->x, walk->y, walk->z, tree->mask, &key);
+        const uint node = octree_find(tree->nodes, key, home, tree->mask);
+        if (node != IR_NO_NODE) octree_enter_node(tree, cache, walk, node, level);
     }
 }
 #endif

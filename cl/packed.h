@@ -50,7 +50,10 @@ IR_FN uint packed_coordinate(float x, float lo, float scale, bool* wide) {
 
 IR_FN uint packed_cosine(float x) { return (uint)((int)floor(clamp(x, -1.0f, 1.0f) * 127.0f + 0.5f) & 0xff); }
 
-// The entry of record k in the list of a node with lower corner lo; scale: steps a world unit.
+// Steps a world unit.
+IR_FN float packed_scale(float edge) { return IR_PACKED_STEPS / edge; }
+
+// The entry of record k in the list of a node with lower corner lo.
 IR_FN void pack_entry(IR_GLOBAL uint* entry, const RecordKey* k, uint record, real3 lo, float scale) {
     bool wide = false;
     const uint x = packed_coordinate(k->px, lo.x, scale, &wide), y = packed_coordinate(k->py, lo.y, scale, &wide),

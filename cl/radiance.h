@@ -20,8 +20,8 @@ typedef struct RadianceCache {
 
 #define IR_RADIANCE_ARGS                                                                                               \
     IR_GLOBAL const uint *lobe_nodes, IR_GLOBAL const uint *lobe_entries, IR_GLOBAL const uint *lobe_packed,           \
-        IR_GLOBAL const RecordKey *lobe_keys, IR_GLOBAL const RecordValue *lobe_values,                                \
-        CacheParameters lobe_parameters, IR_GLOBAL const float *lobe_samples, \
+        uint lobe_mask, IR_GLOBAL const RecordKey *lobe_keys, IR_GLOBAL const RecordValue *lobe_values,                \
+        CacheParameters lobe_parameters, IR_GLOBAL const float *lobe_samples,                                          \
         IR_GLOBAL const float *lobe_harmonics, IR_GLOBAL const float *lobe_tables, IR_GLOBAL const uint *lobe_offsets, \
         RadianceParameters radiance_parameters
 #define IR_RADIANCE_INIT(c)               \
@@ -29,6 +29,7 @@ typedef struct RadianceCache {
     c.records.octree.nodes = lobe_nodes;  \
     c.records.octree.entries = lobe_entries; \
     c.records.octree.packed = lobe_packed; \
+    c.records.octree.mask = lobe_mask;    \
     c.records.octree.keys = lobe_keys;    \
     c.records.octree.values = lobe_values; \
     c.records.parameters = lobe_parameters; \

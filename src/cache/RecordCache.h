@@ -67,7 +67,7 @@ public:
     void state(Checkpoint& checkpoint);
 
     struct Octree {
-        std::uint64_t nodes = 1, entries = 0, depth = 0, growths = 0;
+        std::uint64_t nodes = 0, entries = 0, depth = 0, growths = 0;
     };
     [[nodiscard]] const Octree& octree() const noexcept { return octree_; }
 
@@ -75,10 +75,12 @@ private:
     void grow_records(std::size_t capacity);
     void enter(std::uint32_t first, std::uint32_t count);
     void enter_launch(std::uint32_t first, std::uint32_t count);
-    void grow_octree(std::size_t nodes, std::size_t entries);
+    void grow_nodes();
+    void grow_entries(std::size_t capacity);
     void clear_octree();
     void pack();
-    [[nodiscard]] std::uint64_t listed() const noexcept;  ///< entries that are not packed
+    [[nodiscard]] std::uint64_t listed() const noexcept { return octree_.entries - packed_count_; }  ///< not packed
+    [[nodiscard]] std::uint32_t node_mask() const noexcept { return static_cast<std::uint32_t>(node_capacity_ - 1); }
     void set_weights();
 
     Device& device_;
