@@ -94,6 +94,11 @@ IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk*
             walk->weights[count] = w;
             count += w > 0.0f ? 1u : 0u;
         }
+        for (uint i = 0; i < count; ++i) {
+            IR_GLOBAL const char* value = (IR_GLOBAL const char*)&tree->values[o->met[i]];
+            IR_PREFETCH(value);
+            IR_PREFETCH(value + sizeof(RecordValue) - 1u);
+        }
         o->count = count;
     }
     walk->record = o->met[o->taken];

@@ -11,7 +11,7 @@ typedef struct Octree {
     IR_GLOBAL const uint *nodes, *entries, *packed;
     uint mask;  // number of nodes in the table, less one
     IR_GLOBAL const RecordKey* keys;
-    IR_GLOBAL const RecordValue* values;  // fetched ahead for those met; 0: not
+    IR_GLOBAL const RecordValue* values;
 } Octree;
 
 // CPU devices look all nodes up first and collect some records before they are looked at, so that memory is waited for once
@@ -85,11 +85,6 @@ IR_FN void octree_meet(const Octree* tree, OctreeWalk* walk, uint record) {
     IR_GLOBAL const char* key = (IR_GLOBAL const char*)&tree->keys[record];
     IR_PREFETCH(key);
     IR_PREFETCH(key + sizeof(RecordKey) - 1u);
-    if (tree->values) {
-        IR_GLOBAL const char* value = (IR_GLOBAL const char*)&tree->values[record];
-        IR_PREFETCH(value);
-        IR_PREFETCH(value + sizeof(RecordValue) - 1u);
-    }
     walk->met[walk->count++] = record;
 }
 

@@ -259,7 +259,13 @@ shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {
 }
 
 Kernel& RecordCache::bind(Kernel& kernel, bool placement) const {
-    return kernel.arg(nodes_).arg(entries_).arg(packed_).arg(node_mask()).arg(keys_).arg(values_).arg(parameters(placement));
+    return kernel.arg(nodes_)
+        .arg(entries_)
+        .arg(packed_)
+        .arg(node_mask())
+        .arg(keys_)
+        .arg(values_)
+        .arg(parameters(placement));
 }
 
 std::map<std::string, std::string> RecordCache::defines() const {
