@@ -15,7 +15,7 @@ constexpr std::size_t packed_bytes = 4 * sizeof(std::uint32_t);
 constexpr std::size_t packed_slack = 8;         // look-ups read as many at once: the last ones beyond the end
 constexpr std::size_t items = 64;               // work-group size of the insertion kernels
 constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
-constexpr std::uint64_t least_packed = 16384;   // entries in lists that are worth packing
+constexpr std::uint64_t least_packed = 1024;    // entries in lists that are worth packing
 constexpr std::uint64_t settled_share = 16;     // lists hold one entry in so many, at most, when many look-ups come
 
 std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }

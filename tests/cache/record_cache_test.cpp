@@ -174,7 +174,7 @@ TEST(RecordCache, OrderOfInsertionDoesNotShow) {
 TEST(RecordCache, PackingDoesNotShow) {
     for (const float size : {1e-4f, 1e6f}) {
         const auto records = random_records(400, size, 10, 0.1f);
-        const auto points = points_near(records, 400, size, 11);
+        const auto points = points_near(records, 60, size, 11);
         Cache cache(records, size, 150);
         EXPECT_GT(cache.cache().octree().growths, 0u);
         const std::vector<float> listed = cache.look_up(points, false);
