@@ -315,12 +315,14 @@ TEST_F(Oclgrind, Path) {
     }
 }
 
+// Without the check for uninitialised memory: with several packs oclgrind takes three words of four for uninitialised
+// that pack_records has just written, constants too (RecordCache's packs, in Oclgrind.Cache, pass it).
 TEST_F(Oclgrind, Points) {
     std::ofstream(in_folder("points.csv")) << "0,-0.9,0.2,0,1,0\n0.1,-0.9,0.2,0,1,0\n";
     check(RENDER,
           {project_scene("cornell-box"), "--points", in_folder("points.csv"), "-o", in_folder("e.csv"), "--traversal",
            "cpu", "--threads", "1", "--hemisphere", "4x8", "--grid-paths", "64", "--width", "4", "--height", "4"},
-          kPoints);
+          kPoints, false);
 }
 
 TEST_F(Oclgrind, Probes) { check(TEST_RENDER, {"--gtest_filter=ErrorProbes.AskEveryKernel*"}, kProbes); }
