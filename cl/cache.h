@@ -52,7 +52,8 @@ IR_FN float record_weight(const CacheParameters* c, const IR_GLOBAL RecordKey* k
 #endif
 
 // The records whose weight is positive at (p, n) of a surface with coat `coat`:
-//     RecordWalk walk = record_walk(&octree, &parameters, p, n, coat);
+//     RecordWalk walk = record_walk(&parameters, p, n, coat);
+//     record_look_ahead(&octree, &walk);  (if mostly all of them are wanted)
 //     while (record_next(&octree, &parameters, &walk)) ... walk.record, walk.weight
 typedef struct RecordWalk {
     OctreeWalk octree;
@@ -64,17 +65,23 @@ typedef struct RecordWalk {
 #endif
 } RecordWalk;
 
-IR_FN RecordWalk record_walk(const Octree* tree, const CacheParameters* c, real3 p, real3 n, uint coat) {
+IR_FN RecordWalk record_walk(const CacheParameters* c, real3 p, real3 n, uint coat) {
     RecordWalk walk;
     const float near = 1.0f / c->stretch, angle = near / c->inverse_angle;
     PackedQuery query = packed_query(p, n, near, 0.0f, 1.0f - angle * angle);
     query.coat = coat << 24;
     query.coat_mask = 0xff000000u;
-    walk.octree = octree_walk(tree, c, query);
+    walk.octree = octree_walk(c, query);
     walk.p = p;
     walk.n = n;
     walk.coat = coat;
     return walk;
+}
+
+IR_FN void record_look_ahead(const Octree* tree, RecordWalk* walk) {
+#ifdef IR_WALK_AHEAD
+    octree_look_ahead(tree, &walk->octree);
+#endif
 }
 
 IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk* walk) {
@@ -84,7 +91,9 @@ IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk*
         octree_collect(tree, c, o);
         if (o->count == 0u) return false;
         uint count = 0u;
-        for (uint i = 0; i < o->count; i += IR_LANES) {
+        if (o->count == 1u)
+            walk->weights[0] = record_weight(c, &tree->keys[o->met[0]], walk->p, walk->n, walk->coat);
+        for (uint i = 0; o->count > 1u && i < o->count; i += IR_LANES) {
             for (uint j = o->count; j < i + IR_LANES; ++j) o->met[j] = o->met[i];
             vstore8(record_weights(c, tree->keys, o->met + i, walk->p, walk->n, walk->coat), 0, walk->weights + i);
         }
@@ -136,7 +145,8 @@ IR_FN real3 record_irradiance(const IR_GLOBAL RecordValue* v, const IR_GLOBAL Re
 IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
-    RecordWalk walk = record_walk(&c->octree, &q, p, n, coat);
+    RecordWalk walk = record_walk(&q, p, n, coat);
+    record_look_ahead(&c->octree, &walk);
     while (record_next(&c->octree, &q, &walk)) {
         weights += walk.weight;
         *sum += record_irradiance(&c->octree.values[walk.record], &c->octree.keys[walk.record], p, n) * walk.weight;
@@ -150,7 +160,7 @@ IR_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3* sum
 IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat, float reach) {
     const CacheParameters q = c->parameters;
     float weights = 0.0f;
-    RecordWalk walk = record_walk(&c->octree, &q, p, n, coat);
+    RecordWalk walk = record_walk(&q, p, n, coat);  // the first few mostly suffice
     while (record_next(&c->octree, &q, &walk)) {
         const IR_GLOBAL RecordKey* key = &c->octree.keys[walk.record];
         if (key->support1 > 1.001f * (reach + length(p - make_real3(key->px, key->py, key->pz)))) continue;

@@ -16,9 +16,12 @@ IR_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i
     // A record j farther away than support_i / slope cannot shrink i, nor i a record j that reaches less far than
     // support_i + slope |p_i - p_j|.
     const float near = 1.0f / slope;
-    OctreeWalk walk = octree_walk(&c->octree, &c->parameters,
+    OctreeWalk walk = octree_walk(&c->parameters,
                                   limit_old ? packed_query(p, n, near, -near * own.support1, 0.9f)
                                             : packed_query(p, n, 0.0f, near * 1.0001f * max(s1, s2), 0.9f));
+#ifdef IR_WALK_AHEAD
+    octree_look_ahead(&c->octree, &walk);
+#endif
     while (octree_next(&c->octree, &c->parameters, &walk, &j)) {
         if (dot(n, make_real3(keys[j].nx, keys[j].ny, keys[j].nz)) < 0.9f) continue;
         const float reach = slope * length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
@@ -92,10 +95,10 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
 }
 
 // One work-item a place in the table: the node's list, then what was packed of it before, to a range of its own in
-// `packed`; the list is empty then. *used: entries handed out so far.
+// `packed`; the list is empty then. octree_state counts the entries handed out anew.
 IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* octree_entries, uint octree_mask,
                             IR_GLOBAL const RecordKey* record_keys, CacheParameters cache_parameters,
-                            IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, IR_GLOBAL uint* used) {
+                            IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, IR_GLOBAL uint* octree_state) {
     if (IR_GLOBAL_ID > octree_mask) return;
     IR_GLOBAL uint* node = octree_nodes + (size_t)IR_NODE_STRIDE * IR_GLOBAL_ID;
     if (node[0] == 0u) return;
@@ -103,7 +106,7 @@ IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* 
     uint count = old_count;
     for (uint link = node[IR_NODE_HEAD]; link != 0u; link = octree_entries[(size_t)2u * (link - 1u) + 1u]) ++count;
     if (count == 0u) return;
-    const uint first = IR_ATOMIC_ADD(used, count);
+    const uint first = IR_ATOMIC_ADD(&octree_state[1], count);
     IR_GLOBAL uint* to = packed + (size_t)IR_PACKED_WORDS * first;
     const real3 lo = make_real3(IR_AS_FLOAT(node[IR_NODE_CORNER]), IR_AS_FLOAT(node[IR_NODE_CORNER + 1u]),
                                 IR_AS_FLOAT(node[IR_NODE_CORNER + 2u]));

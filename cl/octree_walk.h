@@ -1,5 +1,5 @@
 // A walk over the cells that hold a point, from the root down, and the records entered in them that a question may be about:
-//     OctreeWalk walk = octree_walk(&octree, &parameters, query);
+//     OctreeWalk walk = octree_walk(&parameters, query);
 //     while (octree_next(&octree, &parameters, &walk, &record)) ...
 // A node's list, which holds what came since the octree was packed, is met whole; then come those of its packed part that
 // answer yes. So records come in the order that all lists would give: of a node the newest first.
@@ -14,8 +14,7 @@ typedef struct Octree {
     IR_GLOBAL const RecordValue* values;
 } Octree;
 
-// CPU devices look all nodes up first and collect some records before they are looked at, so that memory is waited for once
-// for many.
+// CPU devices collect some records before they are looked at, so that memory is waited for once for many.
 #if IR_LANES == 8u
 #define IR_WALK_AHEAD 16u
 #endif
@@ -24,12 +23,12 @@ typedef struct OctreeWalk {
     PackedQuery query;
     NodeQuery place;  // the query in the node's steps
     uint link, at, end;  // of the node's list; of its packed part
-#ifdef IR_WALK_AHEAD
-    uint node, node_count, nodes[IR_OCTREE_MAX_DEPTH + 1u], levels[IR_OCTREE_MAX_DEPTH + 1u];
-    uint count, taken, met[IR_WALK_AHEAD + 8u];
-#else
     uint x, y, z;  // of p, at the deepest level
     uint levels;   // still to be asked
+#ifdef IR_WALK_AHEAD
+    uint node, node_count, nodes[IR_OCTREE_MAX_DEPTH + 1u], node_levels[IR_OCTREE_MAX_DEPTH + 1u];  // found already
+    uint ahead;  // records to collect at a time
+    uint count, taken, met[IR_WALK_AHEAD + 8u];
 #endif
 } OctreeWalk;
 
@@ -50,24 +49,45 @@ IR_FN void octree_enter_node(const Octree* tree, const CacheParameters* cache, O
     walk->place = node_query(&walk->query, lo, packed_scale(octree_edge(cache, level)));
 }
 
-#ifdef IR_WALK_AHEAD
-IR_FN OctreeWalk octree_walk(const Octree* tree, const CacheParameters* cache, PackedQuery query) {
+IR_FN OctreeWalk octree_walk(const CacheParameters* cache, PackedQuery query) {
     OctreeWalk walk;
     walk.query = query;
-    const uint x = octree_coordinate(query.p.x, cache->origin_x, cache->size);
-    const uint y = octree_coordinate(query.p.y, cache->origin_y, cache->size);
-    const uint z = octree_coordinate(query.p.z, cache->origin_z, cache->size);
-    walk.link = walk.at = walk.end = walk.node = walk.count = walk.taken = 0u;
+    walk.x = octree_coordinate(query.p.x, cache->origin_x, cache->size);
+    walk.y = octree_coordinate(query.p.y, cache->origin_y, cache->size);
+    walk.z = octree_coordinate(query.p.z, cache->origin_z, cache->size);
+    walk.link = walk.at = walk.end = 0u;
+    walk.levels = cache->levels;
+#ifdef IR_WALK_AHEAD
+    walk.node = walk.node_count = walk.count = walk.taken = 0u;
+    walk.ahead = 1u;
+#endif
+    return walk;
+}
+
+// On to the next level in use; false if there is none.
+IR_FN bool octree_descend(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk) {
+    if (walk->levels == 0u) return false;
+    const uint level = lowest_bit(walk->levels);
+    walk->levels &= walk->levels - 1u;
+    OctreeKey key;
+    const uint home = octree_home_at(level, walk->x, walk->y, walk->z, tree->mask, &key);
+    const uint node = octree_find(tree->nodes, key, home, tree->mask);
+    if (node != IR_NO_NODE) octree_enter_node(tree, cache, walk, node, level);
+    return true;
+}
+
+#ifdef IR_WALK_AHEAD
+// All nodes at once, and their records in numbers: for walks that mostly go on to their end.
+IR_FN void octree_look_ahead(const Octree* tree, OctreeWalk* walk) {
     OctreeKey keys[IR_OCTREE_MAX_DEPTH + 1u];
     uint homes[IR_OCTREE_MAX_DEPTH + 1u], count = 0u;
-    for (uint levels = cache->levels; levels != 0u; levels &= levels - 1u) {
-        const uint level = lowest_bit(levels);
-        walk.levels[count] = level;
-        homes[count] = octree_home_at(level, x, y, z, tree->mask, &keys[count]);
+    for (; walk->levels != 0u; walk->levels &= walk->levels - 1u) {
+        const uint level = lowest_bit(walk->levels);
+        walk->node_levels[count] = level;
+        homes[count] = octree_home_at(level, walk->x, walk->y, walk->z, tree->mask, &keys[count]);
         IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * homes[count]);
         ++count;
     }
-    walk.node_count = 0u;
     for (uint i = 0; i < count; ++i) {
         const uint node = octree_find(tree->nodes, keys[i], homes[i], tree->mask);
         if (node == IR_NO_NODE) continue;
@@ -75,10 +95,10 @@ IR_FN OctreeWalk octree_walk(const Octree* tree, const CacheParameters* cache, P
         IR_GLOBAL const uint* first = tree->packed + (size_t)IR_PACKED_WORDS * n[IR_NODE_PACKED];
         const uint words = min(IR_PACKED_WORDS * n[IR_NODE_PACKED + 1u], 8u * 16u);  // what comes later is fetched in time
         for (uint at = 0; at < words; at += 16u) IR_PREFETCH(first + at);
-        walk.nodes[walk.node_count] = node;
-        walk.levels[walk.node_count++] = walk.levels[i];
+        walk->nodes[walk->node_count] = node;
+        walk->node_levels[walk->node_count++] = walk->node_levels[i];
     }
-    return walk;
+    walk->ahead = IR_WALK_AHEAD;
 }
 
 IR_FN void octree_meet(const Octree* tree, OctreeWalk* walk, uint record) {
@@ -88,18 +108,18 @@ IR_FN void octree_meet(const Octree* tree, OctreeWalk* walk, uint record) {
     walk->met[walk->count++] = record;
 }
 
-// The next records, at least IR_WALK_AHEAD of them if there are as many; none at the walk's end.
+// The next records, at least `ahead` of them if there are as many; none at the walk's end.
 IR_FN void octree_collect(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk) {
     walk->count = walk->taken = 0u;
     for (;;) {
         while (walk->link != 0u) {
-            if (walk->count >= IR_WALK_AHEAD) return;
+            if (walk->count >= walk->ahead) return;
             IR_GLOBAL const uint* entry = tree->entries + (size_t)2u * (walk->link - 1u);
             octree_meet(tree, walk, entry[0]);
             walk->link = entry[1];
         }
         while (walk->at < walk->end) {
-            if (walk->count >= IR_WALK_AHEAD) return;
+            if (walk->count >= walk->ahead) return;
             IR_GLOBAL const uint* entry = tree->packed + (size_t)IR_PACKED_WORDS * walk->at;
             ulong yes = packed_test(entry, &walk->query, &walk->place);
             const uint left = walk->end - walk->at;
@@ -108,9 +128,12 @@ IR_FN void octree_collect(const Octree* tree, const CacheParameters* cache, Octr
                 octree_meet(tree, walk, entry[IR_PACKED_WORDS * packed_first(yes) + 3u]);
             walk->at += 8u;
         }
-        if (walk->node == walk->node_count) return;
-        octree_enter_node(tree, cache, walk, walk->nodes[walk->node], walk->levels[walk->node]);
-        ++walk->node;
+        if (walk->node < walk->node_count) {
+            octree_enter_node(tree, cache, walk, walk->nodes[walk->node], walk->node_levels[walk->node]);
+            ++walk->node;
+        } else if (!octree_descend(tree, cache, walk)) {
+            return;
+        }
     }
 }
 
@@ -123,17 +146,6 @@ IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeW
     return true;
 }
 #else
-IR_FN OctreeWalk octree_walk(const Octree* tree, const CacheParameters* cache, PackedQuery query) {
-    OctreeWalk walk;
-    walk.query = query;
-    walk.x = octree_coordinate(query.p.x, cache->origin_x, cache->size);
-    walk.y = octree_coordinate(query.p.y, cache->origin_y, cache->size);
-    walk.z = octree_coordinate(query.p.z, cache->origin_z, cache->size);
-    walk.link = walk.at = walk.end = 0u;
-    walk.levels = cache->levels;
-    return walk;
-}
-
 IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint* record) {
     for (;;) {
         if (walk->link != 0u) {
@@ -148,13 +160,7 @@ IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeW
             *record = entry[3];
             return true;
         }
-        if (walk->levels == 0u) return false;
-        const uint level = lowest_bit(walk->levels);
-        walk->levels &= walk->levels - 1u;
-        OctreeKey key;
-        const uint home = octree_home_at(level, walk->x, walk->y, walk->z, tree->mask, &key);
-        const uint node = octree_find(tree->nodes, key, home, tree->mask);
-        if (node != IR_NO_NODE) octree_enter_node(tree, cache, walk, node, level);
+        if (!octree_descend(tree, cache, walk)) return false;
     }
 }
 #endif

@@ -226,7 +226,8 @@ IR_FN bool radiance_lookup(const RadianceCache* c, const Surface* f, real3 p, re
     const CacheParameters parameters = lobe_cache_parameters(c, f);
     LobeSum sum = lobe_sum_zero();
     bool found = false;
-    RecordWalk walk = record_walk(&c->records.octree, &parameters, p, f->ns, 0u);
+    RecordWalk walk = record_walk(&parameters, p, f->ns, 0u);
+    record_look_ahead(&c->records.octree, &walk);
     while (record_next(&c->records.octree, &parameters, &walk)) {
         const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
         const float w = walk.weight;
@@ -260,7 +261,8 @@ IR_FN float radiance_spread(const RadianceCache* c, const Surface* f, float* lea
     float weights[IR_SPREAD_RECORDS], values[IR_SPREAD_RECORDS], total = 0.0f, mean = 0.0f;
     uint count = 0u;
     *least = IR_INFINITY;
-    RecordWalk walk = record_walk(&c->records.octree, &parameters, f->p, f->ns, 0u);
+    RecordWalk walk = record_walk(&parameters, f->p, f->ns, 0u);
+    record_look_ahead(&c->records.octree, &walk);
     while (count < IR_SPREAD_RECORDS && record_next(&c->records.octree, &parameters, &walk)) {
         const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
         const float w = walk.weight;

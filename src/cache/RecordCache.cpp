@@ -168,8 +168,8 @@ void RecordCache::settle() {
 void RecordCache::pack() {
     if (listed() == 0) return;
     Buffer fresh = device_.allocate((octree_.entries + packed_slack) * packed_bytes);
-    const std::uint32_t none = 0;
-    const Buffer used = device_.upload(&none, sizeof none);
+    const shared::OctreeState emptied{static_cast<std::uint32_t>(octree_.nodes), 0, 0, parameters_.levels};
+    device_.write(state_, &emptied, sizeof emptied);
     device_.kernel("insert_records.cl", "pack_records", defines())
         .arg(nodes_)
         .arg(entries_)
@@ -178,9 +178,8 @@ void RecordCache::pack() {
         .arg(parameters_)
         .arg(packed_)
         .arg(fresh)
-        .arg(used)
+        .arg(state_)
         .run(groups_of(node_capacity_), items);
-    const shared::OctreeState emptied{static_cast<std::uint32_t>(octree_.nodes), 0, 0, parameters_.levels};
     device_.write(state_, &emptied, sizeof emptied);
     device_.finish();
     packed_ = std::move(fresh);
