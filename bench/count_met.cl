@@ -9,11 +9,10 @@ IR_KERNEL void count_met(IR_CACHE_ARGS, IR_GLOBAL const float* points, IR_GLOBAL
     const real3 p = make_real3(points[6u * item], points[6u * item + 1u], points[6u * item + 2u]);
     const real3 n = make_real3(points[6u * item + 3u], points[6u * item + 4u], points[6u * item + 5u]);
     uint met = 0u, used = 0u, record;
-    OctreeWalk walk = octree_walk(cache.nodes, &cache.parameters, p);
-    while (octree_next(cache.nodes, cache.entries, &walk, &record)) {
-        const RecordKey key = record_keys[record];
+    RecordWalk walk = record_walk(&cache.parameters, p, n, 0u);
+    while (octree_next(&cache.octree, &cache.parameters, &walk.octree, &record)) {
         ++met;
-        used += record_weight(&cache.parameters, &key, p, n, 0u) > 0.0f ? 1u : 0u;
+        used += record_weight(&cache.parameters, &record_keys[record], p, n, 0u) > 0.0f ? 1u : 0u;
     }
     out[2u * item] = met;
     out[2u * item + 1u] = used;

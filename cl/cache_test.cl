@@ -12,10 +12,9 @@ IR_KERNEL void look_up(IR_CACHE_ARGS, IR_GLOBAL const float* points, IR_GLOBAL f
     float weights = 0.0f;
     if (brute_force) {
         for (uint i = 0; i < record_count; ++i) {
-            const RecordKey key = record_keys[i];
-            const float w = record_weight(&cache.parameters, &key, p, n, 0u);
+            const float w = record_weight(&cache.parameters, &record_keys[i], p, n, 0u);
             weights += w;
-            if (w > 0.0f) sum += record_irradiance(&record_values[i], &key, p, n) * w;
+            if (w > 0.0f) sum += record_irradiance(&record_values[i], &record_keys[i], p, n) * w;
         }
     } else {
         weights = cache_gather(&cache, p, n, 0u, &sum);

@@ -77,7 +77,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = IR_OFFSET(RecordValue, harmonic);
     sizes[n++] = (uint)sizeof(OctreeState);
     sizes[n++] = IR_OFFSET(OctreeState, overflow);
-    sizes[n++] = IR_OFFSET(OctreeState, depth);
+    sizes[n++] = IR_OFFSET(OctreeState, levels);
     sizes[n++] = (uint)sizeof(CacheParameters);
     sizes[n++] = IR_OFFSET(CacheParameters, size);
     sizes[n++] = IR_OFFSET(CacheParameters, coordinate);

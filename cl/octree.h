@@ -1,7 +1,9 @@
-// The octree of records on the device. A record is entered into every node of one level that its support touches, the
-// level where a node's edge lies between one and two support radii; a look-up then walks one path from the root and
-// sees every record that can reach the point. Nodes and list entries are handed out by atomic counters; when either
-// array is full the host grows it and runs the insertion again (entering twice is harmless).
+// The octree of records on the device. A record is entered into every cell of one level that its support touches, the
+// level where a cell's edge lies between one and two support radii; a look-up then asks one cell of every level in use, from
+// the root down, and sees every record that can reach the point (octree_walk.h). Cells that hold records are nodes, found by
+// hashing their place: none waits for the one above, and a look-up fetches all its nodes at once. Nodes and list entries
+// are handed out by atomic counters; when either array is full the host grows it and runs the insertion again (entering
+// twice is harmless).
 //
 // Lists are kept in descending order of record index, whatever the order in which work-items get to run, so that
 // look-ups add in the same order on every run and every number of threads: same seed, same bytes.
@@ -10,10 +12,18 @@
 #include "irradia/shared/record_types.h"
 #include "portable.h"
 
-// Nodes: nodes[9 i + c], c < 8 = child node or 0; nodes[9 i + 8] = head of the node's list or 0.
+// A node is IR_NODE_STRIDE words of a table whose size is a power of two:
+//     0, 1       the cell (octree_key); 0: there is no node here
+//     2          head of its list, or 0
+//     3, 4       the packed part that follows the list (packed.h): first entry, number of entries
+//     5 to 7     floats: the cell's lower corner
 // Entries: entries[2 e] = record, entries[2 e + 1] = next; an entry's reference is e + 1, 0 ends a list.
-#define IR_NODE_STRIDE 9u
-#define IR_NODE_HEAD 8u
+#define IR_NODE_STRIDE 8u
+#define IR_NODE_HEAD 2u
+#define IR_NODE_PACKED 3u
+#define IR_NODE_CORNER 5u
+#define IR_NO_NODE 0xffffffffu
+#define IR_PACKED_STEPS 16384.0f
 
 // Integer coordinate of x along one axis at the deepest level, clamped to the root cube.
 IR_FN uint octree_coordinate(float x, float origin, float size) {
@@ -33,82 +43,131 @@ IR_FN uint octree_level(float support, float size) {
     return level;
 }
 
-// A walk down the one path of nodes that hold p, over all records entered in them:
-//     OctreeWalk walk = octree_walk(nodes, &parameters, p);
-//     while (octree_next(nodes, entries, &walk, &record)) ...
-typedef struct OctreeWalk {
-    uint x, y, z;  // of p, at the deepest level
-    uint node, level, link;
-} OctreeWalk;
-
-IR_FN OctreeWalk octree_walk(IR_GLOBAL const uint* nodes, const CacheParameters* cache, real3 p) {
-    OctreeWalk walk;
-    walk.x = octree_coordinate(p.x, cache->origin_x, cache->size);
-    walk.y = octree_coordinate(p.y, cache->origin_y, cache->size);
-    walk.z = octree_coordinate(p.z, cache->origin_z, cache->size);
-    walk.node = walk.level = 0u;
-    walk.link = nodes[IR_NODE_HEAD];
-    return walk;
+// The number of the lowest bit of x, which is not 0.
+IR_FN uint lowest_bit(uint x) {
+#if defined(__OPENCL_VERSION__)
+    return (uint)popcount(~x & (x - 1u));
+#else
+    return (uint)__popc(~x & (x - 1u));
+#endif
 }
 
-IR_FN bool octree_next(IR_GLOBAL const uint* nodes, IR_GLOBAL const uint* entries, OctreeWalk* walk, uint* record) {
-    while (walk->link == 0u) {
-        if (walk->level == IR_OCTREE_MAX_DEPTH) return false;
-        const uint shift = IR_OCTREE_MAX_DEPTH - 1u - walk->level++;
-        const uint child =
-            ((walk->x >> shift) & 1u) | (((walk->y >> shift) & 1u) << 1) | (((walk->z >> shift) & 1u) << 2);
-        walk->node = nodes[IR_NODE_STRIDE * walk->node + child];
-        if (walk->node == 0u) return false;
-        walk->link = nodes[IR_NODE_STRIDE * walk->node + IR_NODE_HEAD];
+// A cell of a level, coordinates in cells: two words that are not 0.
+typedef struct OctreeKey {
+    uint a, b;
+} OctreeKey;
+
+IR_FN OctreeKey octree_key(uint level, uint x, uint y, uint z) {
+    const ulong code = ((((((ulong)1 << level) | z) << level) | y) << level) | x;  // 61 bits; the first set one tells the level
+    OctreeKey key;
+    key.a = (uint)code | 0x80000000u;
+    key.b = (uint)(code >> 31) | 0x80000000u;
+    return key;
+}
+
+// And back.
+typedef struct OctreeCell {
+    uint level, x, y, z;
+} OctreeCell;
+
+IR_FN OctreeCell octree_cell(uint a, uint b) {
+    const ulong code = ((ulong)(b & 0x7fffffffu) << 31) | (a & 0x7fffffffu);
+    OctreeCell cell;
+    cell.level = 0u;
+    while (cell.level < IR_OCTREE_MAX_DEPTH && (code >> (3u * cell.level)) > 1u) ++cell.level;
+    const uint all = (1u << cell.level) - 1u;
+    cell.x = (uint)code & all;
+    cell.y = (uint)(code >> cell.level) & all;
+    cell.z = (uint)(code >> (2u * cell.level)) & all;
+    return cell;
+}
+
+// Where in the table a cell's node is looked for first: the eight children of one cell lie together, in an order of their
+// own, and so in four cache lines of one page.
+IR_FN uint octree_home(uint level, uint x, uint y, uint z, uint mask) {
+    uint h = (x >> 1) * 0x9e3779b1u + (y >> 1) * 0x85ebca77u + (z >> 1) * 0xc2b2ae3du + level * 0x27d4eb2fu;
+    h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+    h = (h ^ (h >> 12)) * 0x297a2d39u;
+    h ^= h >> 15;
+    return ((h << 3) | (((x & 1u) | ((y & 1u) << 1) | ((z & 1u) << 2)) ^ (h >> 29))) & mask;
+}
+// And where next: an odd step comes through all of the table.
+IR_FN uint octree_probe(uint slot, uint mask) { return (slot + 9u) & mask; }
+
+// The node of a cell, or IR_NO_NODE.
+IR_FN uint octree_find(IR_GLOBAL const uint* nodes, OctreeKey key, uint home, uint mask) {
+    for (uint slot = home;; slot = octree_probe(slot, mask)) {
+        IR_GLOBAL const uint* node = nodes + (size_t)IR_NODE_STRIDE * slot;
+        if (node[0] == key.a && node[1] == key.b) return slot;
+        if (node[0] == 0u) return IR_NO_NODE;
     }
-    *record = entries[2u * (walk->link - 1u)];
-    walk->link = entries[2u * (walk->link - 1u) + 1u];
-    return true;
 }
+
+IR_FN real3 octree_corner(const CacheParameters* c, float edge, uint x, uint y, uint z) {
+    return make_real3(c->origin_x + (float)x * edge, c->origin_y + (float)y * edge, c->origin_z + (float)z * edge);
+}
+IR_FN float octree_edge(const CacheParameters* c, uint level) { return c->size / (float)(1u << level); }
 
 #ifdef IR_OCTREE_INSERT  // ---------------------------------------------------------------- insertion (kernels only)
 typedef struct OctreeMemory {
     volatile IR_GLOBAL uint* nodes;
     volatile IR_GLOBAL uint* entries;
     volatile IR_GLOBAL uint* state;  // OctreeState, as words
-    uint node_capacity, entry_capacity;
+    uint mask, node_capacity, entry_capacity;  // node_capacity is less than the table, so that searches end
 } OctreeMemory;
 
-// Child c of node, made if it is not there; 0 if the nodes are used up.
-IR_FN uint octree_child(const OctreeMemory* tree, uint node, uint c) {
-    volatile IR_GLOBAL uint* slot = &tree->nodes[IR_NODE_STRIDE * node + c];
-    const uint child = *slot;
-    if (child != 0u) return child;
-    const uint fresh = IR_ATOMIC_ADD(&tree->state[0], 1u);
-    if (fresh >= tree->node_capacity) {
-        tree->state[2] = 1u;
-        return 0u;
+// The node of a cell with lower corner lo, made if it is not there; IR_NO_NODE if the nodes are used up. Its two words
+// are set one after the other: whoever sets the second one has made the node, and any other cell that shares the first
+// looks on.
+IR_FN uint octree_make(const OctreeMemory* tree, OctreeKey key, uint home, real3 lo) {
+    for (uint slot = home;; slot = octree_probe(slot, tree->mask)) {
+        volatile IR_GLOBAL uint* node = tree->nodes + (size_t)IR_NODE_STRIDE * slot;
+        uint a = node[0];
+        if (a == 0u) {
+            if (IR_ATOMIC_ADD(&tree->state[0], 1u) >= tree->node_capacity) {
+                IR_ATOMIC_ADD(&tree->state[0], 0xffffffffu);
+                tree->state[2] = 1u;
+                return IR_NO_NODE;
+            }
+            a = IR_ATOMIC_CAS(node, 0u, key.a);
+            if (a != 0u) IR_ATOMIC_ADD(&tree->state[0], 0xffffffffu);  // another was first
+            else a = key.a;
+        }
+        if (a != key.a) continue;
+        uint b = node[1];
+        if (b == 0u) {
+            b = IR_ATOMIC_CAS(node + 1, 0u, key.b);
+            if (b == 0u) {
+                node[IR_NODE_CORNER] = IR_AS_UINT(lo.x);
+                node[IR_NODE_CORNER + 1u] = IR_AS_UINT(lo.y);
+                node[IR_NODE_CORNER + 2u] = IR_AS_UINT(lo.z);
+                return slot;
+            }
+        }
+        if (b == key.b) return slot;
     }
-    // A node that loses the race stays unused: its words are zero and nothing refers to it.
-    const uint winner = IR_ATOMIC_CAS(slot, 0u, fresh);
-    return winner == 0u ? fresh : winner;
 }
 
 // Enters record into node's list at its place; returns 0 if the entries are used up. Lock-free: a lost race retries.
 IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record) {
     uint entry = 0xffffffffu;
-    volatile IR_GLOBAL uint* link = &tree->nodes[IR_NODE_STRIDE * node + IR_NODE_HEAD];
+    volatile IR_GLOBAL uint* link = &tree->nodes[(size_t)IR_NODE_STRIDE * node + IR_NODE_HEAD];
     for (;;) {
         uint next = *link;
-        while (next != 0u && tree->entries[2u * (next - 1u)] > record) {
-            link = &tree->entries[2u * (next - 1u) + 1u];
+        while (next != 0u && tree->entries[(size_t)2u * (next - 1u)] > record) {
+            link = &tree->entries[(size_t)2u * (next - 1u) + 1u];
             next = *link;
         }
-        if (next != 0u && tree->entries[2u * (next - 1u)] == record) return 1u;
+        if (next != 0u && tree->entries[(size_t)2u * (next - 1u)] == record) return 1u;
         if (entry == 0xffffffffu) {
             entry = IR_ATOMIC_ADD(&tree->state[1], 1u);
             if (entry >= tree->entry_capacity) {
                 tree->state[2] = 1u;
                 return 0u;
             }
-            tree->entries[2u * entry] = record;
+            tree->entries[(size_t)2u * entry] = record;
         }
-        tree->entries[2u * entry + 1u] = next;
+        tree->entries[(size_t)2u * entry + 1u] = next;
         IR_GLOBAL_FENCE();
         if (IR_ATOMIC_CAS(link, next, entry + 1u) == next) return 1u;
     }
@@ -129,7 +188,7 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
                               float support, float thickness) {
     const uint level = octree_level(support, cache.size);
     const uint shift = IR_OCTREE_MAX_DEPTH - level;
-    const float edge = cache.size / (float)(1u << level);
+    const float edge = octree_edge(&cache, level);
     // The bounds are widened by a rounding allowance: a look-up computes its own coordinates of nearby points.
     const float reach = support * 1.0001f + cache.coordinate * 1e-6f;
     const uint x0 = octree_coordinate(p.x - reach, cache.origin_x, cache.size) >> shift;
@@ -140,26 +199,25 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
     const uint z1 = octree_coordinate(p.z + reach, cache.origin_z, cache.size) >> shift;
     const float slab =
         0.5f * edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache.coordinate * 1e-6f;
-    for (uint z = z0; z <= z1; ++z)
-        for (uint y = y0; y <= y1; ++y)
-            for (uint x = x0; x <= x1; ++x) {
-                const real3 lo = make_real3(cache.origin_x + (float)x * edge, cache.origin_y + (float)y * edge,
-                                            cache.origin_z + (float)z * edge);
-                const float half_edge = 0.5f * edge;
-                const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
-                if (fabs(dot(middle - p, n)) > slab) continue;
-                if (cube_distance_squared(p, lo, edge) > reach * reach) continue;
-                uint node = 0u;
-                bool room = true;
-                for (uint l = level; room && l > 0u; --l) {
-                    const uint c =
-                        ((x >> (l - 1u)) & 1u) | (((y >> (l - 1u)) & 1u) << 1) | (((z >> (l - 1u)) & 1u) << 2);
-                    node = octree_child(tree, node, c);
-                    room = node != 0u;
+    // Twice: first all nodes are sent for.
+    for (uint pass = 0u; pass < 2u; ++pass)
+        for (uint z = z0; z <= z1; ++z)
+            for (uint y = y0; y <= y1; ++y)
+                for (uint x = x0; x <= x1; ++x) {
+                    const real3 lo = octree_corner(&cache, edge, x, y, z);
+                    const float half_edge = 0.5f * edge;
+                    const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
+                    if (fabs(dot(middle - p, n)) > slab) continue;
+                    if (cube_distance_squared(p, lo, edge) > reach * reach) continue;
+                    const uint home = octree_home(level, x, y, z, tree->mask);
+                    if (pass == 0u) {
+                        IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * home);
+                        continue;
+                    }
+                    const uint node = octree_make(tree, octree_key(level, x, y, z), home, lo);
+                    if (node != IR_NO_NODE) octree_enter(tree, node, record);
                 }
-                if (room) octree_enter(tree, node, record);
-            }
-    IR_ATOMIC_MAX(&tree->state[3], level);
+    IR_ATOMIC_OR(&tree->state[3], 1u << level);
 }
 #endif
 #endif

@@ -51,6 +51,7 @@
 #define IR_ATOMIC_ADD(p, v) atomic_add(p, v)
 #define IR_ATOMIC_MIN(p, v) atomic_min(p, v)
 #define IR_ATOMIC_MAX(p, v) atomic_max(p, v)
+#define IR_ATOMIC_OR(p, v) atomic_or(p, v)
 #define IR_ATOMIC_CAS(p, expected, v) atomic_cmpxchg(p, expected, v)
 typedef float real;
 typedef float3 real3;
@@ -87,6 +88,7 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_ATOMIC_ADD(p, v) atomicAdd((uint*)(p), v)
 #define IR_ATOMIC_MIN(p, v) atomicMin((uint*)(p), v)
 #define IR_ATOMIC_MAX(p, v) atomicMax((uint*)(p), v)
+#define IR_ATOMIC_OR(p, v) atomicOr((uint*)(p), v)
 #define IR_ATOMIC_CAS(p, expected, v) atomicCAS((uint*)(p), expected, v)
 typedef float real;
 typedef float3 real3;

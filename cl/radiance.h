@@ -19,16 +19,19 @@ typedef struct RadianceCache {
 } RadianceCache;
 
 #define IR_RADIANCE_ARGS                                                                                               \
-    IR_GLOBAL const uint *lobe_nodes, IR_GLOBAL const uint *lobe_entries, IR_GLOBAL const RecordKey *lobe_keys,        \
-        IR_GLOBAL const RecordValue *lobe_values, CacheParameters lobe_parameters, IR_GLOBAL const float *lobe_samples, \
+    IR_GLOBAL const uint *lobe_nodes, IR_GLOBAL const uint *lobe_entries, IR_GLOBAL const uint *lobe_packed,           \
+        uint lobe_mask, IR_GLOBAL const RecordKey *lobe_keys, IR_GLOBAL const RecordValue *lobe_values,                \
+        CacheParameters lobe_parameters, IR_GLOBAL const float *lobe_samples,                                          \
         IR_GLOBAL const float *lobe_harmonics, IR_GLOBAL const float *lobe_tables, IR_GLOBAL const uint *lobe_offsets, \
         RadianceParameters radiance_parameters
 #define IR_RADIANCE_INIT(c)               \
     RadianceCache c;                      \
-    c.records.nodes = lobe_nodes;         \
-    c.records.entries = lobe_entries;     \
-    c.records.keys = lobe_keys;           \
-    c.records.values = lobe_values;       \
+    c.records.octree.nodes = lobe_nodes;  \
+    c.records.octree.entries = lobe_entries; \
+    c.records.octree.packed = lobe_packed; \
+    c.records.octree.mask = lobe_mask;    \
+    c.records.octree.keys = lobe_keys;    \
+    c.records.octree.values = lobe_values; \
     c.records.parameters = lobe_parameters; \
     c.samples = lobe_samples;             \
     c.harmonics = lobe_harmonics;         \
@@ -163,7 +166,7 @@ IR_FN LobeSum samples_sum(const RadianceCache* c, uint record, real3 to_record, 
 
 // The same from a record's harmonics, divided by the lobe's albedo. The lobe is turned so that its mirror direction is
 // right, which counts most, in the record's frame instead of the surface's.
-IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const RecordKey* k, real3 delta, const LobeQuery* q) {
+IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const IR_GLOBAL RecordKey* k, real3 delta, const LobeQuery* q) {
     const uint order = c->parameters.order, count = order * order;
     IR_GLOBAL const float* s = c->harmonics + (size_t)record * (IR_HARMONIC_SETS * count);
     const Frame frame = make_frame(make_real3(k->nx, k->ny, k->nz));
@@ -192,7 +195,7 @@ IR_FN LobeSum harmonics_sum(const RadianceCache* c, uint record, const RecordKey
         sin_m = cos_m * sin1 + sin_m * cos1;
         cos_m = next;
     }
-    const IR_GLOBAL RecordValue* v = &c->records.values[record];
+    const IR_GLOBAL RecordValue* v = &c->records.octree.values[record];
     const real3 mean = make_real3(v->e[0], v->e[1], v->e[2]) * IR_INV_PI;
     const real3 albedo = lobe_values(&q->entry, 0u);
     LobeSum lobe;
@@ -223,14 +226,14 @@ IR_FN bool radiance_lookup(const RadianceCache* c, const Surface* f, real3 p, re
     const CacheParameters parameters = lobe_cache_parameters(c, f);
     LobeSum sum = lobe_sum_zero();
     bool found = false;
-    uint record;
-    OctreeWalk walk = octree_walk(c->records.nodes, &parameters, p);
-    while (octree_next(c->records.nodes, c->records.entries, &walk, &record)) {
-        const RecordKey key = c->records.keys[record];
-        const float w = record_weight(&parameters, &key, p, f->ns, 0u);
-        if (!(w > 0.0f)) continue;
-        const real3 delta = p - make_real3(key.px, key.py, key.pz);
-        const LobeSum one = q.harmonics ? harmonics_sum(c, record, &key, delta, &q) : samples_sum(c, record, -delta, &q);
+    RecordWalk walk = record_walk(&parameters, p, f->ns, 0u);
+    record_look_ahead(&c->records.octree, &walk);
+    while (record_next(&c->records.octree, &parameters, &walk)) {
+        const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
+        const float w = walk.weight;
+        const real3 delta = p - make_real3(key->px, key->py, key->pz);
+        const LobeSum one =
+            q.harmonics ? harmonics_sum(c, walk.record, key, delta, &q) : samples_sum(c, walk.record, -delta, &q);
         sum.weighted += one.weighted * w;
         sum.total += one.total * w;
         found = true;
@@ -256,22 +259,23 @@ IR_FN float radiance_spread(const RadianceCache* c, const Surface* f, float* lea
     const CacheParameters parameters = lobe_cache_parameters(c, f);
     // The mean, then the deviations from it; of more records than fit, the first.
     float weights[IR_SPREAD_RECORDS], values[IR_SPREAD_RECORDS], total = 0.0f, mean = 0.0f;
-    uint count = 0u, record;
+    uint count = 0u;
     *least = IR_INFINITY;
-    OctreeWalk walk = octree_walk(c->records.nodes, &parameters, f->p);
-    while (count < IR_SPREAD_RECORDS && octree_next(c->records.nodes, c->records.entries, &walk, &record)) {
-        const RecordKey key = c->records.keys[record];
-        const float w = record_weight(&parameters, &key, f->p, f->ns, 0u);
-        if (!(w > 0.0f)) continue;
-        const real3 delta = f->p - make_real3(key.px, key.py, key.pz);
-        const LobeSum one = q.harmonics ? harmonics_sum(c, record, &key, delta, &q) : samples_sum(c, record, -delta, &q);
+    RecordWalk walk = record_walk(&parameters, f->p, f->ns, 0u);
+    record_look_ahead(&c->records.octree, &walk);
+    while (count < IR_SPREAD_RECORDS && record_next(&c->records.octree, &parameters, &walk)) {
+        const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
+        const float w = walk.weight;
+        const real3 delta = f->p - make_real3(key->px, key->py, key->pz);
+        const LobeSum one =
+            q.harmonics ? harmonics_sum(c, walk.record, key, delta, &q) : samples_sum(c, walk.record, -delta, &q);
         weights[count] = w;
         values[count] = 0.2126f * positive_ratio(one.weighted.x, one.total.x) +
                         0.7152f * positive_ratio(one.weighted.y, one.total.y) +
                         0.0722f * positive_ratio(one.weighted.z, one.total.z);
         total += w;
         mean += w * values[count++];
-        *least = min(*least, key.support1);
+        *least = min(*least, key->support1);
     }
     if (!(mean > 0.0f)) return 0.0f;
     mean /= total;

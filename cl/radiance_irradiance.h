@@ -29,9 +29,9 @@ IR_FN real3 samples_irradiance(const RadianceCache* c, uint record, real3 to_rec
 // these two numbers, whatever the order. At the record that product vanishes, since the mean is weighted by the cosine;
 // elsewhere it is the translational gradient (each edge counts with cos / cos). One band alone does not hold the cosine:
 // there the record's irradiance stays as it is.
-IR_FN real3 harmonics_irradiance(const RadianceCache* c, uint record, const RecordKey* k, real3 delta) {
+IR_FN real3 harmonics_irradiance(const RadianceCache* c, uint record, const IR_GLOBAL RecordKey* k, real3 delta) {
     const uint count = c->parameters.order * c->parameters.order;
-    const IR_GLOBAL RecordValue* v = &c->records.values[record];
+    const IR_GLOBAL RecordValue* v = &c->records.octree.values[record];
     const real3 e = make_real3(v->e[0], v->e[1], v->e[2]);
     if (c->parameters.order < 2u) return e;
     IR_GLOBAL const float* s = c->harmonics + (size_t)record * (IR_HARMONIC_SETS * count);

@@ -106,8 +106,8 @@ IR_KERNEL void test_record_sums(IR_RADIANCE_ARGS, IR_GLOBAL const Material* mate
     const Surface f = asked_surface(materials, questions + IR_QUESTION * i);
     const LobeQuery query = lobe_query(&cache, &f, f.p);
     const uint record = records[i];
-    const RecordKey key = cache.records.keys[record];
-    const real3 delta = f.p - make_real3(key.px, key.py, key.pz);
+    const IR_GLOBAL RecordKey* key = &cache.records.octree.keys[record];
+    const real3 delta = f.p - make_real3(key->px, key->py, key->pz);
     IR_GLOBAL float* a = answers + 18u * i;
     const LobeSum samples = samples_sum(&cache, record, -delta, &query);
     write_vector(a, samples.weighted);
@@ -115,8 +115,8 @@ IR_KERNEL void test_record_sums(IR_RADIANCE_ARGS, IR_GLOBAL const Material* mate
     write_vector(a + 6, samples_irradiance(&cache, record, -delta, f.ns));
     for (uint k = 9u; k < 18u; ++k) a[k] = 0.0f;
     if (cache.parameters.order == 0u) return;
-    const LobeSum harmonics = harmonics_sum(&cache, record, &key, delta, &query);
+    const LobeSum harmonics = harmonics_sum(&cache, record, key, delta, &query);
     write_vector(a + 9, harmonics.weighted);
     write_vector(a + 12, harmonics.total);
-    write_vector(a + 15, harmonics_irradiance(&cache, record, &key, delta));
+    write_vector(a + 15, harmonics_irradiance(&cache, record, key, delta));
 }

@@ -3,9 +3,12 @@
 #define IR_WEIGHT_H
 #include "portable.h"
 
+// length() without the care that OpenCL takes of squares beyond float32's range: it costs more than the root.
+IR_FN real plain_length(real3 v) { return sqrt(dot(v, v)); }
+
 // sqrt(1 - n.n_i) of unit normals, as |n - n_i|/sqrt 2: the printed form is the root of a negative number in float32
 // for one pair of equal normals in twenty.
-IR_FN real normal_error(real3 n, real3 ni) { return R(0.70710678118654752440) * length(n - ni); }
+IR_FN real normal_error(real3 n, real3 ni) { return R(0.70710678118654752440) * plain_length(n - ni); }
 
 // e of (1.8). Distances: subtract first, then square; never expand.
 IR_FN real ward_error(real3 p, real3 n, real3 pi, real3 ni, real radius) {
@@ -59,11 +62,11 @@ IR_FN real largest_coordinate(real3 p) { return max(fabs(p.x), max(fabs(p.y), fa
 
 // Is the record in front of p (theory 4.3)? slope .05 rejects steps but no smooth curvature.
 IR_FN bool is_in_front(real3 p, real3 n, real3 pi, real3 ni, real slope, real coordinate) {
-    return height_over_record(p, n, pi, ni) < -in_front_tolerance(length(p - pi), slope, coordinate);
+    return height_over_record(p, n, pi, ni) < -in_front_tolerance(plain_length(p - pi), slope, coordinate);
 }
 
 // Is the record a step below p (p on a box's top, record on the floor)? Asked of nearly equal normals only.
 IR_FN bool is_below(real3 p, real3 n, real3 pi, real3 ni) {
-    return dot(n, ni) > R(0.95) && height_over_record(p, n, pi, ni) > R(0.3) * length(p - pi);
+    return (dot(n, ni) > R(0.95)) & (height_over_record(p, n, pi, ni) > R(0.3) * plain_length(p - pi));
 }
 #endif

@@ -1,6 +1,7 @@
 #include "cache/RecordCache.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "cache/buffer_state.h"
@@ -8,9 +9,14 @@
 namespace irradia {
 namespace {
 constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 32768;
-constexpr std::size_t node_bytes = 9 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
+// IR_NODE_STRIDE of cl/octree.h, an entry, IR_PACKED_WORDS of cl/packed.h
+constexpr std::size_t node_bytes = 8 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
+constexpr std::size_t packed_bytes = 4 * sizeof(std::uint32_t);
+constexpr std::size_t packed_slack = 8;         // look-ups read as many at once: the last ones beyond the end
 constexpr std::size_t items = 64;               // work-group size of the insertion kernels
 constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
+constexpr std::uint64_t least_packed = 1024;    // entries in lists that are worth packing
+constexpr std::uint64_t settled_share = 16;     // lists hold one entry in so many, at most, when many look-ups come
 
 std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }
 }  // namespace
@@ -30,11 +36,23 @@ RecordCache::RecordCache(Device& device, const CacheSettings& settings) : device
     set_weights();
     parameters_.coordinate = coordinate;
     parameters_.stretch = 1;
-    const shared::OctreeState empty{1, 0, 0, 0};  // node 0 is the root
-    state_ = device_.upload(&empty, sizeof empty);
+    state_ = device_.allocate(sizeof(shared::OctreeState));
     grow_records(first_records);
-    grow_octree(first_nodes, first_entries);
-    octree_.growths = 0;
+    node_capacity_ = first_nodes;
+    nodes_ = device_.allocate(node_capacity_ * node_bytes);
+    entry_capacity_ = first_entries;
+    entries_ = device_.allocate(entry_capacity_ * entry_bytes);
+    clear_octree();
+}
+
+void RecordCache::clear_octree() {
+    device_.fill(nodes_, 0, node_capacity_ * node_bytes);
+    const shared::OctreeState empty{};
+    device_.write(state_, &empty, sizeof empty);
+    packed_ = device_.allocate(packed_slack * packed_bytes);
+    packed_count_ = 0;
+    octree_ = {0, 0, 0, octree_.growths};
+    parameters_.levels = 0;
 }
 
 // How look-ups weigh, from the settings.
@@ -57,22 +75,27 @@ void RecordCache::grow_records(std::size_t capacity) {
     capacity_ = capacity;
 }
 
-void RecordCache::grow_octree(std::size_t nodes, std::size_t entries) {
-    if (nodes != node_capacity_) {
-        Buffer fresh = device_.allocate(nodes * node_bytes);
-        device_.fill(fresh, 0, nodes * node_bytes);  // a fresh node has no children and no records
-        if (node_capacity_ > 0) device_.copy(nodes_, fresh, node_capacity_ * node_bytes);
-        device_.finish();
-        nodes_ = std::move(fresh);
-        node_capacity_ = nodes;
-    }
-    if (entries != entry_capacity_) {
-        Buffer fresh = device_.allocate(entries * entry_bytes);
-        if (entry_capacity_ > 0) device_.copy(entries_, fresh, entry_capacity_ * entry_bytes);
-        device_.finish();
-        entries_ = std::move(fresh);
-        entry_capacity_ = entries;
-    }
+void RecordCache::grow_nodes() {
+    Buffer fresh = device_.allocate(2 * node_capacity_ * node_bytes);
+    device_.fill(fresh, 0, 2 * node_capacity_ * node_bytes);
+    device_.kernel("insert_records.cl", "move_nodes", defines())
+        .arg(nodes_)
+        .arg(fresh)
+        .arg(node_mask())
+        .arg(static_cast<std::uint32_t>(2 * node_capacity_ - 1))
+        .run(groups_of(node_capacity_), items);
+    device_.finish();
+    nodes_ = std::move(fresh);
+    node_capacity_ *= 2;
+    ++octree_.growths;
+}
+
+void RecordCache::grow_entries(std::size_t capacity) {
+    Buffer fresh = device_.allocate(capacity * entry_bytes);
+    if (listed() > 0) device_.copy(entries_, fresh, static_cast<std::size_t>(listed()) * entry_bytes);
+    device_.finish();
+    entries_ = std::move(fresh);
+    entry_capacity_ = capacity;
     ++octree_.growths;
 }
 
@@ -88,6 +111,8 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
         device_.kernel("insert_records.cl", "clamp_new_records", defines())
             .arg(nodes_)
             .arg(entries_)
+            .arg(packed_)
+            .arg(node_mask())
             .arg(keys_)
             .arg(parameters_)
             .arg(points)
@@ -100,6 +125,8 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
         device_.kernel("insert_records.cl", "clamp_old_records", defines())
             .arg(nodes_)
             .arg(entries_)
+            .arg(packed_)
+            .arg(node_mask())
             .arg(keys_)
             .arg(parameters_)
             .arg(points)
@@ -126,36 +153,68 @@ void RecordCache::load(const std::vector<shared::RecordKey>& keys, const std::ve
 // launch that came first, and past all that follow it when it is entered again: in launches of a bounded number a
 // million records of one cell take linear time.
 void RecordCache::enter(std::uint32_t first, std::uint32_t count) {
-    for (std::uint32_t done = 0; done < count; done += launch_records)
+    for (std::uint32_t done = 0; done < count; done += launch_records) {
         enter_launch(first + done, std::min(launch_records, count - done));
+        if (listed() >= std::max<std::uint64_t>(least_packed, packed_count_)) pack();
+    }
+}
+
+void RecordCache::settle() {
+    if (listed() > packed_count_ / settled_share) pack();
+}
+
+// All lists into their nodes' packed parts. Whenever those have doubled, and before many look-ups: the work for an
+// entry is bounded, whatever their number.
+void RecordCache::pack() {
+    if (listed() == 0) return;
+    Buffer fresh = device_.allocate((octree_.entries + packed_slack) * packed_bytes);
+    const shared::OctreeState emptied{static_cast<std::uint32_t>(octree_.nodes), 0, 0, parameters_.levels};
+    device_.write(state_, &emptied, sizeof emptied);
+    device_.kernel("insert_records.cl", "pack_records", defines())
+        .arg(nodes_)
+        .arg(entries_)
+        .arg(node_mask())
+        .arg(keys_)
+        .arg(parameters_)
+        .arg(packed_)
+        .arg(fresh)
+        .arg(state_)
+        .run(groups_of(node_capacity_), items);
+    device_.write(state_, &emptied, sizeof emptied);
+    device_.finish();
+    packed_ = std::move(fresh);
+    packed_count_ = octree_.entries;
 }
 
 void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
+    if (2 * octree_.nodes > node_capacity_) grow_nodes();
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
             .arg(entries_)
             .arg(state_)
+            .arg(node_mask())
             .arg(keys_)
             .arg(parameters_)
-            .arg(static_cast<std::uint32_t>(node_capacity_))
+            .arg(static_cast<std::uint32_t>(node_capacity_ / 4 * 3))
             .arg(static_cast<std::uint32_t>(entry_capacity_))
             .arg(first)
             .arg(count)
             .run(groups_of(count), items);
         shared::OctreeState state{};
         device_.read(state_, &state, sizeof state);
-        octree_.nodes = std::min<std::uint64_t>(state.node_count, node_capacity_);
-        octree_.entries = std::min<std::uint64_t>(state.entry_count, entry_capacity_);
-        octree_.depth = state.depth;
+        octree_.nodes = state.node_count;
+        octree_.entries = packed_count_ + std::min<std::uint64_t>(state.entry_count, entry_capacity_);
+        parameters_.levels = state.levels;
+        octree_.depth = state.levels > 0 ? static_cast<std::uint64_t>(std::bit_width(state.levels) - 1) : 0;
         if (state.overflow == 0) break;
         // What did fit stays; entering a record twice is harmless, so the whole launch is simply run again.
-        const bool more_nodes = state.node_count > node_capacity_, more_entries = state.entry_count > entry_capacity_;
-        state.node_count = static_cast<std::uint32_t>(octree_.nodes);
-        state.entry_count = static_cast<std::uint32_t>(octree_.entries);
+        if (state.entry_count > entry_capacity_)
+            grow_entries(2 * entry_capacity_);
+        else
+            grow_nodes();
+        state.entry_count = static_cast<std::uint32_t>(listed());
         state.overflow = 0;
-        grow_octree(more_nodes ? 2 * node_capacity_ : node_capacity_,
-                    more_entries ? 2 * entry_capacity_ : entry_capacity_);
         device_.write(state_, &state, sizeof state);
     }
 }
@@ -170,21 +229,20 @@ void RecordCache::rescale(float factor, const CacheSettings& settings) {
         k.support2 *= factor;
     }
     device_.write(keys_, keys.data(), keys.size() * sizeof keys[0]);
-    device_.fill(nodes_, 0, node_capacity_ * node_bytes);
-    const shared::OctreeState empty{1, 0, 0, 0};
-    device_.write(state_, &empty, sizeof empty);
-    octree_ = {1, 0, 0, octree_.growths};
+    clear_octree();
     enter(0, static_cast<std::uint32_t>(size_));
 }
 
 void RecordCache::state(Checkpoint& c) {
-    std::uint64_t sizes[] = {size_, capacity_, node_capacity_, entry_capacity_};
+    std::uint64_t sizes[] = {size_, capacity_, node_capacity_, entry_capacity_, packed_count_};
     c(sizes)(octree_)(settings_)(parameters_);
     size_ = sizes[0], capacity_ = sizes[1], node_capacity_ = sizes[2], entry_capacity_ = sizes[3];
+    packed_count_ = sizes[4];
     exchange(c, device_, keys_, size_ * sizeof(shared::RecordKey), capacity_ * sizeof(shared::RecordKey));
     exchange(c, device_, values_, size_ * sizeof(shared::RecordValue), capacity_ * sizeof(shared::RecordValue));
-    exchange(c, device_, nodes_, octree_.nodes * node_bytes, node_capacity_ * node_bytes);
-    exchange(c, device_, entries_, octree_.entries * entry_bytes, entry_capacity_ * entry_bytes);
+    exchange(c, device_, nodes_, node_capacity_ * node_bytes);
+    exchange(c, device_, entries_, listed() * entry_bytes, entry_capacity_ * entry_bytes);
+    exchange(c, device_, packed_, packed_count_ * packed_bytes, (packed_count_ + packed_slack) * packed_bytes);
     exchange(c, device_, state_, sizeof(shared::OctreeState));
 }
 
@@ -200,7 +258,13 @@ shared::CacheParameters RecordCache::parameters(bool placement) const noexcept {
 }
 
 Kernel& RecordCache::bind(Kernel& kernel, bool placement) const {
-    return kernel.arg(nodes_).arg(entries_).arg(keys_).arg(values_).arg(parameters(placement));
+    return kernel.arg(nodes_)
+        .arg(entries_)
+        .arg(packed_)
+        .arg(node_mask())
+        .arg(keys_)
+        .arg(values_)
+        .arg(parameters(placement));
 }
 
 std::map<std::string, std::string> RecordCache::defines() const {

@@ -45,6 +45,9 @@ public:
     /// Supports times `factor`, and look-ups by `settings` (whose bounds are the old ones) from now on.
     void rescale(float factor, const CacheSettings& settings);
 
+    /// Before many look-ups: what was entered last becomes as quick to find as the rest.
+    void settle();
+
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] const Buffer& keys() const noexcept { return keys_; }
     [[nodiscard]] const Buffer& values() const noexcept { return values_; }
@@ -64,7 +67,7 @@ public:
     void state(Checkpoint& checkpoint);
 
     struct Octree {
-        std::uint64_t nodes = 1, entries = 0, depth = 0, growths = 0;
+        std::uint64_t nodes = 0, entries = 0, depth = 0, growths = 0;
     };
     [[nodiscard]] const Octree& octree() const noexcept { return octree_; }
 
@@ -72,14 +75,20 @@ private:
     void grow_records(std::size_t capacity);
     void enter(std::uint32_t first, std::uint32_t count);
     void enter_launch(std::uint32_t first, std::uint32_t count);
-    void grow_octree(std::size_t nodes, std::size_t entries);
+    void grow_nodes();
+    void grow_entries(std::size_t capacity);
+    void clear_octree();
+    void pack();
+    [[nodiscard]] std::uint64_t listed() const noexcept { return octree_.entries - packed_count_; }  ///< not packed
+    [[nodiscard]] std::uint32_t node_mask() const noexcept { return static_cast<std::uint32_t>(node_capacity_ - 1); }
     void set_weights();
 
     Device& device_;
     CacheSettings settings_;
     shared::CacheParameters parameters_{};
-    Buffer keys_, values_, nodes_, entries_, state_;
+    Buffer keys_, values_, nodes_, entries_, packed_, state_;
     std::size_t size_ = 0, capacity_ = 0, node_capacity_ = 0, entry_capacity_ = 0;
+    std::uint64_t packed_count_ = 0;
     Octree octree_;
 };
 

@@ -198,6 +198,7 @@ void CachingRenderer::Caching::store(RecordSet& set) const {
 
 void CachingRenderer::Caching::make(const Buffer& points, const RecordStack& stack) {
     make_records(points, stack, salt(disagreement_salt));
+    cache_.settle();
 }
 
 std::uint64_t CachingRenderer::Caching::record_count() const {

@@ -36,6 +36,7 @@ public:
     [[nodiscard]] bool fits(const RenderSettings& settings) const;
     /// run.settings have changed, but for --hemisphere, and ask for supports `factor` times as large: see RecordCache.
     void rescale(float factor, const CacheSettings& settings);
+    void settle() { records_.settle(); }  ///< see RecordCache
     /// Enters records made elsewhere. Throws Error if they hold other things than look-ups here ask for.
     void load(const RadianceRecords& records);
     /// Copies to the host.

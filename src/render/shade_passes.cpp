@@ -115,6 +115,8 @@ void CachingRenderer::Caching::sweep(Film& film) {
     const bool requests = round_ < record_rounds;
     // On diffuse surfaces only what finds no record goes on as a path.
     if (run_.edges_beyond_camera() >= 2 && (!requests || (run_.scene.features & IR_FEATURE_BSDFS))) fill_grid();
+    cache_.settle();
+    if (radiance_) radiance_->settle();
     Launch& launch = this->launch(film);
     const std::map<std::string, std::string> defines = shade_defines(grid_.defines());
     for (; s.first < s.pixels.size(); s.first += chunk_) {

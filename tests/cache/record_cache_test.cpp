@@ -78,6 +78,7 @@ public:
         return out;
     }
     [[nodiscard]] const RecordCache& cache() const { return cache_; }
+    void settle() { cache_.settle(); }
     void rescale(float factor, float size, float inverse_angle) {
         CacheSettings s = settings(size);
         s.inverse_angle = inverse_angle;
@@ -165,6 +166,34 @@ TEST(RecordCache, OrderOfInsertionDoesNotShow) {
     const auto points = points_near(records, 2000, 1, 7);
     Cache one(records, 1, 2000), many(records, 1, 37);
     EXPECT_EQ(one.look_up(points, false), many.look_up(points, false));
+}
+
+// Packed records are asked by bounds on the safe side, in eights on CPU devices; those in lists one by one: the same
+// records answer, in the same order, and the sums are the same bits. 400 records use more nodes than there is room for
+// at first.
+TEST(RecordCache, PackingDoesNotShow) {
+    for (const float size : {1e-4f, 1e6f}) {
+        const auto records = random_records(400, size, 10, 0.1f);
+        const auto points = points_near(records, 60, size, 11);
+        Cache cache(records, size, 150);
+        EXPECT_GT(cache.cache().octree().growths, 0u);
+        const std::vector<float> listed = cache.look_up(points, false);
+        cache.settle();
+        EXPECT_EQ(cache.look_up(points, false), listed);
+        expect_same(listed, cache.look_up(points, true));
+    }
+}
+
+// Of many records: packed as they come, whenever lists hold as many as is packed.
+TEST(RecordCache, ManyRecordsArePackedAsTheyCome) {
+    const auto records = random_records(30000, 1, 12, 0.05f);
+    const auto points = points_near(records, 500, 1, 13);
+    Cache one(records, 1, 30000), many(records, 1, 1000);
+    const std::vector<float> some = one.look_up(points, false);
+    EXPECT_EQ(many.look_up(points, false), some);
+    one.settle();
+    EXPECT_EQ(one.look_up(points, false), some);
+    expect_same(some, one.look_up(points, true));
 }
 
 TEST(RecordCache, AnEmptyCacheCoversNothing) {

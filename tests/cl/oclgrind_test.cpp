@@ -17,11 +17,11 @@ namespace {
 
 using Names = std::set<std::string>;
 
-const Names kUngridded{"find_misses",       "sample_hemispheres", "clamp_new_records",
-                       "clamp_old_records", "insert_records",     "shade_pixels"};
+const Names kUngridded{"find_misses",    "sample_hemispheres", "clamp_new_records", "clamp_old_records",
+                       "insert_records", "pack_records",       "shade_pixels"};
 const Names kIrradiance{"trace_grid_paths", "merge_grid_level",   "count_grid_answers", "grid_means",
                         "find_misses",      "sample_hemispheres", "clamp_new_records",  "clamp_old_records",
-                        "insert_records",   "shade_pixels"};
+                        "insert_records",   "pack_records",       "shade_pixels"};
 const Names kRadianceSamples = [] {
     Names names = kIrradiance;
     names.insert("tabulate_lobes");
@@ -33,12 +33,12 @@ const Names kRadianceHarmonics = [] {
     names.insert("project_harmonics");
     return names;
 }();
-const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "shade_pixels"};
+const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "pack_records", "shade_pixels"};
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kProbes{"find_lamps", "probe_pixels"};
-const Names kPoints{"trace_grid_paths",  "merge_grid_level", "count_grid_answers", "grid_means",
-                    "find_point_misses", "point_irradiance", "sample_hemispheres", "insert_records"};
+const Names kPoints{"trace_grid_paths", "merge_grid_level",   "count_grid_answers", "grid_means",  "find_point_misses",
+                    "point_irradiance", "sample_hemispheres", "insert_records",     "pack_records"};
 Names with_lamps(Names names) {  // --aov all: counted
     names.insert("find_lamps");
     return names;
@@ -49,7 +49,7 @@ const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "
                       "formula_limits", "formula_probe",  "formula_rectangle", "formula_reproject",
                       "formula_ring",   "formula_shapes", "formula_stratum",   "formula_triangle",
                       "formula_weight", "test_sum_cells"};
-const Names kCache{"insert_records", "look_up"};
+const Names kCache{"insert_records", "move_nodes", "pack_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
 const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};
 const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
@@ -89,7 +89,7 @@ bool is_lock_free_insertion(const std::string& message) {
         lines.push_back(std::stoi((*i)[1]));
     }
     if (lines.size() != 2) return false;
-    for (const char* function : {"octree_child", "octree_enter"}) {
+    for (const char* function : {"octree_make", "octree_enter"}) {
         const auto [first, last] = lines_of("octree.h", function);
         const auto within = [&](int line) { return line >= first && line <= last; };
         if (within(lines[0]) && within(lines[1])) return true;
@@ -228,7 +228,8 @@ const std::vector<std::string> kTwoTiles{"--width", "8", "--height",     "4", "-
                                          "--spp",   "2", "--grid-paths", "64"};
 
 // Without the check for uninitialised memory, as all that make records: oclgrind 21.10 takes points for uninitialised that
-// find_misses has pushed whole (cl/point_list.h), and from there everything.
+// find_misses has pushed whole (cl/point_list.h), and all but the first word of packed entries (constants written there,
+// too), and from there everything. Cache has the same insertion, packing and look-ups, with that check.
 TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance, false); }
 TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance, false); }
 
@@ -314,12 +315,13 @@ TEST_F(Oclgrind, Path) {
     }
 }
 
+// Without the check for uninitialised memory: see RadianceBySamples, of the words of packed entries.
 TEST_F(Oclgrind, Points) {
     std::ofstream(in_folder("points.csv")) << "0,-0.9,0.2,0,1,0\n0.1,-0.9,0.2,0,1,0\n";
     check(RENDER,
           {project_scene("cornell-box"), "--points", in_folder("points.csv"), "-o", in_folder("e.csv"), "--traversal",
            "cpu", "--threads", "1", "--hemisphere", "4x8", "--grid-paths", "64", "--width", "4", "--height", "4"},
-          kPoints);
+          kPoints, false);
 }
 
 TEST_F(Oclgrind, Probes) { check(TEST_RENDER, {"--gtest_filter=ErrorProbes.AskEveryKernel*"}, kProbes); }
@@ -328,7 +330,7 @@ TEST_F(Oclgrind, Probes) { check(TEST_RENDER, {"--gtest_filter=ErrorProbes.AskEv
 
 TEST_F(Oclgrind, Traversal) { check(TEST_TRAVERSAL, {"--gtest_filter=*Inside*:*IntervalIsOpen*"}, kTraversal); }
 TEST_F(Oclgrind, Shapes) { check(DEVICE_SHAPES_TEST, {}, kShapes); }
-TEST_F(Oclgrind, Cache) { check(TEST_CACHE, {"--gtest_filter=*HoldsIdenticalRecords"}, kCache); }
+TEST_F(Oclgrind, Cache) { check(TEST_CACHE, {"--gtest_filter=*HoldsIdenticalRecords:*PackingDoesNotShow"}, kCache); }
 TEST_F(Oclgrind, EchoSizes) { check(DEVICE_TEST, {"--gtest_filter=EchoSizes.*"}, kEchoSizes); }
 TEST_F(Oclgrind, Grid) {
     check(DEVICE_FORMULAS_TEST, {"--gtest_filter=DeviceGrid.AnEmptyTable*:DeviceGrid.ExtremeDeposits"}, kGrid);
@@ -399,12 +401,12 @@ TEST(OclgrindFindings, OnlyTheLockFreeInsertionIsNone) {
         return "\n" + kind + " data race at global memory address 0x10\n\tKernel: " + kernel + "\n\t\n" + entity(a) +
                entity(b);
     };
-    const auto [child, child_end] = lines_of("octree.h", "octree_child");
+    const auto [make, make_end] = lines_of("octree.h", "octree_make");
     const auto [enter, enter_end] = lines_of("octree.h", "octree_enter");
-    ASSERT_LT(child_end, enter);
-    EXPECT_EQ(findings(race("Read-write", "insert_records", child + 1, child_end - 1)).size(), 0u);
+    ASSERT_LT(make_end, enter);
+    EXPECT_EQ(findings(race("Read-write", "insert_records", make + 1, make_end - 1)).size(), 0u);
     EXPECT_EQ(findings(race("Read-write", "insert_records", enter_end - 1, enter + 1)).size(), 0u);
-    EXPECT_EQ(findings(race("Read-write", "insert_records", child + 1, enter + 1)).size(), 1u);
+    EXPECT_EQ(findings(race("Read-write", "insert_records", make + 1, enter + 1)).size(), 1u);
     EXPECT_EQ(findings(race("Read-write", "insert_records", enter + 1, enter_end + 1)).size(), 1u);
     EXPECT_EQ(findings(race("Write-write", "insert_records", enter + 1, enter + 1)).size(), 1u);
     EXPECT_EQ(findings(race("Read-write", "shade_pixels", enter + 1, enter + 1)).size(), 1u);

@@ -92,7 +92,7 @@ const std::vector<Expected> kExpected = {
     OFFSET(RecordValue, harmonic),
     SIZE(OctreeState),
     OFFSET(OctreeState, overflow),
-    OFFSET(OctreeState, depth),
+    OFFSET(OctreeState, levels),
     SIZE(CacheParameters),
     OFFSET(CacheParameters, size),
     OFFSET(CacheParameters, coordinate),

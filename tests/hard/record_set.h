@@ -87,7 +87,11 @@ public:
         }
         write_keys(keys_);
         device().write(const_cast<Buffer&>(cache_.values()), values.data(), values.size() * sizeof values[0]);
-        cache_.insert(records.size(), cache_.keys(), cache_.keys());  // no neighbour clamp: points are not read
+        // Some packed, some in lists. No neighbour clamp: points are not read.
+        const std::size_t packed = records.size() - records.size() / 3;
+        cache_.insert(packed, cache_.keys(), cache_.keys());
+        cache_.settle();
+        cache_.insert(records.size() - packed, cache_.keys(), cache_.keys());
     }
 
     [[nodiscard]] const RecordCache& cache() const { return cache_; }

@@ -50,10 +50,10 @@ typedef struct IR_ALIGNED_16 RecordValue {
 
 // State of the device octree, kept by the kernels, read by the host after each insertion.
 typedef struct OctreeState {
-    uint node_count;  // nodes handed out (may exceed the capacity: then `overflow` is set)
-    uint entry_count;
+    uint node_count;  // nodes in use
+    uint entry_count;  // entries handed out (may exceed the capacity: then `overflow` is set)
     uint overflow;  // 1: some record could not be entered completely; the host grows and runs again
-    uint depth;     // deepest level in use
+    uint levels;    // bit l: level l holds records
 } OctreeState;
 
 #define IR_OCTREE_MAX_DEPTH 20u
@@ -73,7 +73,7 @@ typedef struct CacheParameters {
     // Narrow places (find_misses), in footprints: least support of a record there, and how far along the normal to look for
     // another surface. 0: they are not looked for.
     float gap_least, gap_reach;
-    float pad0;
+    uint levels;  // of the octree, that hold records: bit l for level l
 } CacheParameters;  // 48 bytes
 
 // What sample_hemispheres needs to make a record of its sums; by value.
