@@ -273,7 +273,7 @@ TEST_F(Oclgrind, IrradianceWithoutRefinements) {
     render(project_scene("furnace"), "cpu",
            {"--width", "4", "--height", "4", "--hemisphere", "4x4", "--spp", "1", "--gradients", "none", "--radius",
             "harmonic", "--no-neighbour-clamp", "--no-gradient-limit", "--no-in-front", "--max-depth", "4"},
-           kUnclamped);
+           kUnclamped, false);
 }
 
 // Both representations, a traversal each; records' cells fill whole vectors or not. Without the check for uninitialised
