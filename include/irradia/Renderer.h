@@ -117,7 +117,7 @@ struct RenderStatistics {
     std::uint64_t records = 0, octree_nodes = 0, octree_entries = 0, octree_depth = 0, octree_growths = 0;
     std::uint64_t radiance_records = 0;       ///< beside `records`; each takes radiance_record_bytes
     std::uint64_t radiance_record_bytes = 0;  ///< key, value, samples and harmonics
-    std::uint64_t iterations = 0;
+    std::uint64_t iterations = 0;  ///< rounds in which records were looked for and made
     int spp = 0;
     double mean_spp = 0;  ///< samples that pixels took on average
     double seconds = 0;   ///< wall time of render()

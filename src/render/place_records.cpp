@@ -86,7 +86,7 @@ void CachingRenderer::Caching::place_records() {
             left_ = pixels_of(iteration_, end, width, height);
             if (radiance_) left_lobes_ = left_;
         }
-        place_round(points, lobe_points);
+        if (!left_.empty() || !left_lobes_.empty()) place_round(points, lobe_points);  // small pictures lack iterations
         if (!left_.empty() || !left_lobes_.empty()) continue;
         iteration_ = end;
         run_.report("records", records_share * iteration_ / iteration_count, record_count());

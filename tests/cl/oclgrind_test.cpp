@@ -227,9 +227,9 @@ protected:
 const std::vector<std::string> kTwoTiles{"--width", "8", "--height",     "4", "--hemisphere", "4x8",
                                          "--spp",   "2", "--grid-paths", "64"};
 
-// Without the check for uninitialised memory, as all that make records: oclgrind 21.10 takes points for uninitialised that
-// find_misses has pushed whole (cl/point_list.h), and all but the first word of packed entries (constants written there,
-// too), and from there everything. Cache has the same insertion, packing and look-ups, with that check.
+// Without the check for uninitialised memory, as all that make records: oclgrind 21.10 takes points for uninitialised
+// that find_misses has pushed whole (cl/point_list.h), and all but the first word of packed entries (constants written
+// there, too), and from there everything. Cache has the same insertion, packing and look-ups, with that check.
 TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance, false); }
 TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance, false); }
 

@@ -143,7 +143,7 @@ TEST_F(DeviceTest, TraversalSelectsTheDefine) {
         Device d(options);
         EXPECT_EQ(d.cpu_traversal(), traversal == "cpu");
         EXPECT_EQ(d.tile(), traversal == "cpu" ? 16u : 1u);
-        EXPECT_EQ(d.group_size(), traversal == "cpu" ? 64u : 128u);
+        EXPECT_EQ(d.group_size(), traversal == "cpu" ? 64u : 256u);
         Buffer out = d.allocate(4);
         d.kernel(kKernels, "write_traversal", {}).arg(out).run(1, 1);
         std::uint32_t got = 9;
