@@ -55,9 +55,11 @@ IrradianceGrid::IrradianceGrid(Run& run)
 void IrradianceGrid::fill() {
     announce();
     if (!on_) return;
-    // A path leaves up to 8 estimates, mostly in cells that others have been to. A full table is filled anew, larger.
-    std::size_t slots = std::bit_ceil(
-        std::clamp<std::size_t>(static_cast<std::size_t>(run_.settings.grid_paths), 1u << 10, 1u << 20) * 2);
+    // A path leaves up to 8 estimates; few paths leave most of them in cells of their own, many mostly in cells that
+    // others have been to. A full table is filled anew, larger, which costs more than one too large by half.
+    const auto paths = static_cast<std::size_t>(run_.settings.grid_paths);
+    const std::size_t slots_a_path = paths <= 1u << 15 ? 8 : paths <= 1u << 17 ? 4 : 2;
+    std::size_t slots = std::bit_ceil(std::clamp<std::size_t>(paths, 1u << 10, 1u << 20)) * slots_a_path;
     const shared::GridParameters before = parameters_;
     try {
         while (!try_fill(slots)) slots *= 2;
