@@ -15,8 +15,8 @@ void apply_level(RenderSettings& settings, double level) {
         float pixel_error;
     };
     static constexpr Preset presets[] = {
-        {0.4f, 8, 32, 3.0f, 30, 1 << 15, 64, 0.1f},           // draft
-        {0.2f, 16, 32, 2.0f, 30, 1 << 17, 256, 0.02f},        // medium
+        {0.4f, 8, 32, 3.0f, 30, 1 << 15, 64, 0.05f},          // draft
+        {0.2f, 16, 32, 2.0f, 30, 1 << 17, 256, 0.01f},        // medium
         {0.12f, 32, 64, 1.0f, 30, 1 << 19, 1024, 0.007f},     // fine
         {0.07f, 64, 128, 0.4f, 15, 1 << 21, 4096, 0.003f},    // finest
         {0.042f, 96, 256, 0.2f, 8, 1 << 23, 16384, 0.0014f},  // beyond: what --target-error may come to
