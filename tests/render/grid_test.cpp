@@ -260,7 +260,8 @@ TEST(Reach, KeepsRoomsApart) {
 
 // ---- determinism, and where it is off ------------------------------------------------------------------------------
 
-// The first table has 8192 slots, too few for the cells of 1024 paths in a bright sphere: it grows. A launch of paths a try.
+// The first table has 8192 slots, too few for the cells of 1024 paths in a bright sphere: it grows. A launch of paths a
+// try.
 TEST(Grid, ThreadsAndGrowthDoNotChangeABit) {
     const Scene scene = load(project_scene("integrating-sphere.xml"), {}, 32, 32);
     RenderSettings s = with_grid(true);
