@@ -40,38 +40,30 @@ IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, u
     }
 }
 
-IR_KERNEL void clamp_new_records(IR_GLOBAL const uint* octree_nodes, IR_GLOBAL const uint* octree_entries,
-                                 IR_GLOBAL const uint* octree_packed, uint octree_mask, IR_GLOBAL RecordKey* record_keys,
-                                 CacheParameters cache_parameters,
-                                 IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
-                                 float min_spacing, uint first_record, uint count) {
+#define IR_CLAMP_ARGS                                                                                                   \
+    IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const uint *octree_packed,      \
+        uint octree_mask, IR_GLOBAL RecordKey *record_keys, CacheParameters cache_parameters,                           \
+        IR_GLOBAL const ShadingPoint *points, IR_GLOBAL const uint *stack, float slope
+#define IR_CLAMP_INIT(c)                \
+    Cache c;                            \
+    c.octree.nodes = octree_nodes;      \
+    c.octree.entries = octree_entries;  \
+    c.octree.packed = octree_packed;    \
+    c.octree.mask = octree_mask;        \
+    c.octree.keys = record_keys;        \
+    c.octree.values = 0;                \
+    c.parameters = cache_parameters
+
+IR_KERNEL void clamp_new_records(IR_CLAMP_ARGS, float min_spacing, uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
-    Cache c;
-    c.octree.nodes = octree_nodes;
-    c.octree.entries = octree_entries;
-    c.octree.packed = octree_packed;
-    c.octree.mask = octree_mask;
-    c.octree.keys = record_keys;
-    c.octree.values = 0;
-    c.parameters = cache_parameters;
+    IR_CLAMP_INIT(c);
     clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, slope,
                         min_spacing * points[stack[IR_GLOBAL_ID]].footprint, false);
 }
 
-IR_KERNEL void clamp_old_records(IR_GLOBAL const uint* octree_nodes, IR_GLOBAL const uint* octree_entries,
-                                 IR_GLOBAL const uint* octree_packed, uint octree_mask, IR_GLOBAL RecordKey* record_keys,
-                                 CacheParameters cache_parameters,
-                                 IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
-                                 uint first_record, uint count) {
+IR_KERNEL void clamp_old_records(IR_CLAMP_ARGS, uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
-    Cache c;
-    c.octree.nodes = octree_nodes;
-    c.octree.entries = octree_entries;
-    c.octree.packed = octree_packed;
-    c.octree.mask = octree_mask;
-    c.octree.keys = record_keys;
-    c.octree.values = 0;
-    c.parameters = cache_parameters;
+    IR_CLAMP_INIT(c);
     // Of a narrow place its neighbours may cover no more than is as near as what makes it narrow.
     const bool narrow = points[stack[IR_GLOBAL_ID]].least > 0.0f;
     clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, narrow ? min(slope, 1.0f) : slope, 0.0f, true);

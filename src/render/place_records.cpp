@@ -27,17 +27,32 @@ std::vector<std::uint32_t> pixels_of(std::uint32_t first, std::uint32_t end, std
     return pixels;
 }
 
+// Tiles of `edge` x `edge` pixels that have had one of their pixels chosen.
+class Tiles {
+public:
+    Tiles(std::uint32_t width, std::uint32_t edge) : width_(width), edge_(edge) {}
+    /// Is this the first pixel of its tile?
+    bool choose(std::uint32_t pixel) {
+        const std::uint64_t x = pixel % width_ / edge_, y = pixel / width_ / edge_;
+        return chosen_.insert(y << 32 | x).second;
+    }
+
+private:
+    std::uint32_t width_, edge_;
+    std::unordered_set<std::uint64_t> chosen_;
+};
+
 // Of the points that want a record those that get one at once: one of each tile, since a record often covers others,
 // and at most `most`. All others that wanted one are left in `left`, if they were among it.
 RecordStack take(const PointList& points, std::uint32_t width, std::uint32_t tile, std::size_t most,
                  std::vector<std::uint32_t>& left) {
     RecordStack stack;
     std::vector<std::uint32_t> later;
-    std::unordered_set<std::uint64_t> tiles;
+    Tiles tiles(width, tile);
     for (std::size_t i = 0; i < points.points().size(); ++i) {
-        const std::uint32_t pixel = points.points()[i].pixel, x = pixel % width / tile, y = pixel / width / tile;
+        const std::uint32_t pixel = points.points()[i].pixel;
         if (!std::binary_search(left.begin(), left.end(), pixel)) continue;
-        if (stack.size() < most && tiles.insert((static_cast<std::uint64_t>(y) << 32) | x).second)
+        if (stack.size() < most && tiles.choose(pixel))
             stack.indices.push_back(points.index(i));
         else
             later.push_back(pixel);
@@ -151,14 +166,14 @@ void CachingRenderer::Caching::settle_disagreements() {
 // round makes progress, so it ends.
 RecordStack CachingRenderer::Caching::choose(const Missed& missed, Made& made) const {
     RecordStack stack;
-    std::unordered_set<std::uint64_t> tiles;
+    const std::uint32_t width = run_.scene.info.width;
+    Tiles tiles(width, 4);
     for (std::uint32_t i = 0; i < missed.size(); ++i) {
         const shared::ShadingPoint& q = missed[i];
-        const std::uint32_t x = q.pixel % run_.scene.info.width, y = q.pixel / run_.scene.info.width;
-        if (!tiles.insert((static_cast<std::uint64_t>(y / 4) << 32) | (x / 4)).second) continue;
+        if (!tiles.choose(q.pixel)) continue;
         stack.indices.push_back(i);
         if (!made.insert({q.pixel, q.px, q.py, q.pz}).second)
-            throw Error("pixel " + std::to_string(x) + ", " + std::to_string(y) +
+            throw Error("pixel " + std::to_string(q.pixel % width) + ", " + std::to_string(q.pixel / width) +
                         ": the record made there does not cover it (an error in the program: please report it)");
     }
     return stack;
