@@ -62,11 +62,10 @@ IR_ONCE_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* v
     return 0u;
 }
 
-IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow,
-                                IR_GLOBAL uint* ray_counts, uint first_path, uint path_count, uint all_paths, uint seed) {
-    if (IR_GLOBAL_ID >= path_count) return;
-    IR_SCENE_INIT(s);
-    const uint index = first_path + IR_GLOBAL_ID;
+// The index-th of all_paths.
+IR_ONCE_FN void fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const GridParameters* grid,
+                             IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed) {
+    const IR_GLOBAL SceneInfo* info = s->info;
     const uint pixels = info->width * info->height;
     Rng rng = rng_make(seed ^ 0x67726964u, index, 0u);
     // Spread over the picture: the pixel in which the index-th of all_paths equal parts begins.
@@ -74,22 +73,29 @@ IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridPara
     const float fx = (float)(pixel % info->width) + rng_real(&rng), fy = (float)(pixel / info->width) + rng_real(&rng);
     const CameraRay ray = camera_ray_at(info, fx, fy);
     const real3 origin = camera_origin(info);
-    const Hit hit = trace_visible(&s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
+    const Hit hit = trace_visible(s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], 1u);
     if (hit.primitive == IR_NO_PRIMITIVE) return;
-    const Surface f = surface_at(&s, origin, ray.direction, &hit);
+    const Surface f = surface_at(s, origin, ray.direction, &hit);
     GridVertex path[IR_GRID_VERTICES];
     real3 arrives;  // at vertex k from what lies behind it
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
-    const uint count = grid_path(&s, f, &rng, path, &arrives, &rays);
+    const uint count = grid_path(s, f, &rng, path, &arrives, &rays);
     for (uint k = count; k-- > 0u;) {
         const GridVertex v = path[k];
-        if (v.cosine >= 0.0f) grid_deposit(&grid, sums, v.p, v.n, arrives * v.cosine, overflow);
+        if (v.cosine >= 0.0f) grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, overflow);
         arrives = v.direct + v.weight * arrives;
     }
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+}
+
+IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow,
+                                IR_GLOBAL uint* ray_counts, uint first_path, uint path_count, uint all_paths, uint seed) {
+    if (IR_GLOBAL_ID >= path_count) return;
+    IR_SCENE_INIT(s);
+    fill_by_path(&s, sums, &grid, overflow, ray_counts, first_path + IR_GLOBAL_ID, all_paths, seed);
 }
 
 IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow, uint level) {

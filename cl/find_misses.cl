@@ -8,8 +8,12 @@
 #if IR_LOBES
 #include "radiance.h"
 #define IR_LOBE_ARGS IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint *lobe_points,
+#define IR_LOBE_PARAMETERS const RadianceCache *radiance, IR_GLOBAL ShadingPoint *lobe_points,
+#define IR_LOBES_PASSED &radiance, lobe_points,
 #else
 #define IR_LOBE_ARGS
+#define IR_LOBE_PARAMETERS
+#define IR_LOBES_PASSED
 #endif
 
 // How far a record at f may reach if another surface is close over it, in a gap or under a thing that nearly touches: as far as
@@ -21,6 +25,28 @@ IR_FN float narrow_reach(const SceneData* s, const CacheParameters* c, const Sur
     return hit.primitive == IR_NO_PRIMITIVE ? IR_INFINITY : max(hit.t, c->gap_least * footprint);
 }
 
+IR_ONCE_FN void find_miss(const SceneData* s, const Cache* cache, IR_LOBE_PARAMETERS IR_GLOBAL ShadingPoint* points,
+                          uint pixel) {
+    Seen seen;
+    if (!see_pixel(s, pixel, &seen)) return;
+    const Surface* f = &seen.surface;
+#if IR_LOBES
+    if (caches_lobe(radiance, f) && !radiance_covers(radiance, f)) {
+        const ShadingPoint q = make_shading_point(s->info, f, seen.direction, seen.depth, pixel, true);
+        push_point(lobe_points, &q);
+    }
+#endif
+    if (!is_diffuse(f)) return;
+    ShadingPoint q = make_shading_point(s->info, f, seen.direction, seen.depth, pixel, false);
+    const float reach = narrow_reach(s, &cache->parameters, f, q.footprint);
+    if (cache_covers(cache, f->p, f->ns, coat_of(f), reach)) return;
+    if (reach < IR_INFINITY) {
+        q.largest = reach;
+        q.least = cache->parameters.gap_least * q.footprint;
+    }
+    push_point(points, &q);
+}
+
 IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL ShadingPoint* points,
                            IR_GLOBAL const uint* pixels, uint count) {
     if (IR_GLOBAL_ID >= count) return;
@@ -29,23 +55,5 @@ IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL 
 #if IR_LOBES
     IR_RADIANCE_INIT(radiance);
 #endif
-    const uint pixel = pixels[IR_GLOBAL_ID];
-    Seen seen;
-    if (!see_pixel(&s, pixel, &seen)) return;
-    const Surface* f = &seen.surface;
-#if IR_LOBES
-    if (caches_lobe(&radiance, f) && !radiance_covers(&radiance, f)) {
-        const ShadingPoint q = make_shading_point(info, f, seen.direction, seen.depth, pixel, true);
-        push_point(lobe_points, &q);
-    }
-#endif
-    if (!is_diffuse(f)) return;
-    ShadingPoint q = make_shading_point(info, f, seen.direction, seen.depth, pixel, false);
-    const float reach = narrow_reach(&s, &cache_parameters, f, q.footprint);
-    if (cache_covers(&cache, f->p, f->ns, coat_of(f), reach)) return;
-    if (reach < IR_INFINITY) {
-        q.largest = reach;
-        q.least = cache_parameters.gap_least * q.footprint;
-    }
-    push_point(points, &q);
+    find_miss(&s, &cache, IR_LOBES_PASSED points, pixels[IR_GLOBAL_ID]);
 }

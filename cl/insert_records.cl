@@ -1,6 +1,6 @@
 // Stage 3 of an iteration: new records limit and are limited by their neighbours (theory 4.4), then enter the octree.
-// Three kernels, because each must see all of the previous one's results: so the outcome is the same whatever the order
-// of work-items.
+// Three launches, because each must see all of the previous one's results: so the outcome is the same whatever the order
+// of work-items. Both of clamping are one kernel's, which is compiled once.
 #define IR_OCTREE_INSERT
 #include "cache.h"
 #include "radius.h"
@@ -54,19 +54,15 @@ IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, u
     c.octree.values = 0;                \
     c.parameters = cache_parameters
 
-IR_KERNEL void clamp_new_records(IR_CLAMP_ARGS, float min_spacing, uint first_record, uint count) {
+// Of each new record, or of the old ones around it.
+IR_KERNEL void clamp_records(IR_CLAMP_ARGS, float min_spacing, uint limit_old, uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
     IR_CLAMP_INIT(c);
-    clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, slope,
-                        min_spacing * points[stack[IR_GLOBAL_ID]].footprint, false);
-}
-
-IR_KERNEL void clamp_old_records(IR_CLAMP_ARGS, uint first_record, uint count) {
-    if (IR_GLOBAL_ID >= count) return;
-    IR_CLAMP_INIT(c);
+    IR_GLOBAL const ShadingPoint* q = points + stack[IR_GLOBAL_ID];
     // Of a narrow place its neighbours may cover no more than is as near as what makes it narrow.
-    const bool narrow = points[stack[IR_GLOBAL_ID]].least > 0.0f;
-    clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, narrow ? min(slope, 1.0f) : slope, 0.0f, true);
+    const bool steep = limit_old != 0u && q->least > 0.0f;
+    clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, steep ? min(slope, 1.0f) : slope,
+                        min_spacing * q->footprint, limit_old != 0u);
 }
 
 IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octree_entries, IR_GLOBAL uint* octree_state,

@@ -138,6 +138,12 @@ IR_FN bool path_follow(const SceneData* s, PathState* path, Bounce* b, const boo
     }
     const Surface next = surface_at(s, b->origin, b->sample.direction, &b->hit);
     *sum += all * bounce_emission(s, &path->surface, b, &next) * scale;
+#if !(IR_FEATURES & IR_FEATURE_BSDFS)
+    if (known) {  // there is no glossy part, and compilers need not make what would follow it
+        rng_real(rng);
+        return false;
+    }
+#endif
     const real3 glossy = path->throughput * b->sample.glossy * scale;
     path->throughput = all * scale;
     if (known) {  // the ray goes on with the probability that it came by the glossy part

@@ -17,6 +17,9 @@
 #define IR_PORTABLE_H
 
 #if defined(__OPENCL_VERSION__)  // ------------------------------------------------------------------ OpenCL C
+#if defined(IR_OWN_BUILTINS)
+#include "builtins_cpu.h"
+#endif
 #define IR_FN static
 #define IR_INLINE_FN static __attribute__((always_inline))
 #if !defined(IR_CPU) && (IR_FEATURES & 0x20u)  // IR_FEATURE_BSDFS

@@ -16,6 +16,9 @@
 #define IR_SHADE_REQUESTS 1u      // pixels that miss a record ask for it; otherwise they take samples
 #define IR_SHADE_KNOWN_DIRECT 2u  // the film knows their direct light: it is not sampled
 
+// Whether anything may take samples: without mirrors and glass nothing does until requests are off (-D IR_NO_REQUESTS=1).
+#define IR_TAKES_SAMPLES ((IR_FEATURES & IR_FEATURE_BSDFS) || IR_NO_REQUESTS)
+
 // A patch: the samples of a tile that share a look-up.
 typedef struct Patch {
     real3 centroid, weight_sum;
@@ -62,9 +65,12 @@ IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Gri
         // Records are made at samples, not at centroids.
         const bool found = cache_lookup(cache, patch.centroid, f->ns, coat_of(f), &e) ||
                            cache_lookup(cache, f->p, f->ns, coat_of(f), &e);
+#if IR_TAKES_SAMPLES
         if (!found && (samples[i].behind || !requests))
             e = sampled_irradiance(s, grid, f, edges, rng, rays);
-        else if (!found && *uncovered == count)
+        else
+#endif
+        if (!found && *uncovered == count)
             *uncovered = i;
         indirect += patch.weight_sum * e * IR_INV_PI;
     }

@@ -108,33 +108,22 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
     if (count == 0) return;
     const auto first = static_cast<std::uint32_t>(size_), n = static_cast<std::uint32_t>(count);
     if (settings_.clamp_slope > 0 && size_ > 0) {
-        device_.kernel("insert_records.cl", "clamp_new_records", defines())
-            .arg(nodes_)
-            .arg(entries_)
-            .arg(packed_)
-            .arg(node_mask())
-            .arg(keys_)
-            .arg(parameters_)
-            .arg(points)
-            .arg(stack)
-            .arg(settings_.clamp_slope)
-            .arg(settings_.min_spacing)
-            .arg(first)
-            .arg(n)
-            .run(groups_of(count), items);
-        device_.kernel("insert_records.cl", "clamp_old_records", defines())
-            .arg(nodes_)
-            .arg(entries_)
-            .arg(packed_)
-            .arg(node_mask())
-            .arg(keys_)
-            .arg(parameters_)
-            .arg(points)
-            .arg(stack)
-            .arg(settings_.clamp_slope)
-            .arg(first)
-            .arg(n)
-            .run(groups_of(count), items);
+        for (const std::uint32_t limit_old : {0u, 1u})
+            device_.kernel("insert_records.cl", "clamp_records", defines())
+                .arg(nodes_)
+                .arg(entries_)
+                .arg(packed_)
+                .arg(node_mask())
+                .arg(keys_)
+                .arg(parameters_)
+                .arg(points)
+                .arg(stack)
+                .arg(settings_.clamp_slope)
+                .arg(settings_.min_spacing)
+                .arg(limit_old)
+                .arg(first)
+                .arg(n)
+                .run(groups_of(count), items);
     }
     enter(first, n);
     size_ += count;

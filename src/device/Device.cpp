@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/memory.h"
+#include "device/compile_program.h"
 #include "device/compilers.h"
-#include "device/driver_cache.h"
 #include "device/kernel_source.h"
 #include "device/program_cache.h"
 #include "device/session.h"
@@ -39,17 +39,6 @@ std::vector<std::string> kernel_names(cl_program program) {
         at = end + 1;
     }
     return names;
-}
-
-std::string build_log(cl_program program, cl_device_id id) {
-    std::size_t bytes = 0;
-    if (clGetProgramBuildInfo(program, id, CL_PROGRAM_BUILD_LOG, 0, nullptr, &bytes) != CL_SUCCESS || bytes == 0)
-        return "(the compiler left no log)";
-    std::string log(bytes, '\0');
-    if (clGetProgramBuildInfo(program, id, CL_PROGRAM_BUILD_LOG, bytes, log.data(), nullptr) != CL_SUCCESS)
-        return "(the compiler's log could not be read)";
-    while (!log.empty() && (log.back() == '\0' || log.back() == '\n')) log.pop_back();
-    return log;
 }
 
 }  // namespace
@@ -196,22 +185,14 @@ struct Device::Impl {
             time();
             return program;
         }
-        device::check_driver_cache(session->device.description);
-        const char* source = text.c_str();
-        const std::size_t length = text.size();
-        cl_int status = CL_SUCCESS;
-        cl_program program = clCreateProgramWithSource(session->context, 1, &source, &length, &status);
-        check(status, "handing over the source of " + file);
-        status = clBuildProgram(program, 1, &session->device.id, options.c_str(), nullptr, nullptr);
-        if (status != CL_SUCCESS) {
-            const std::string log = build_log(program, session->device.id);
-            clReleaseProgram(program);
+        const device::CompiledProgram made = device::compile_program(*session, text, options);
+        if (made.program == nullptr)
             throw Error("OpenCL: compiling " + file + " (" + options + ") for '" + session->device.description.name +
-                        "' failed: " + device::status_name(status) + "\n" + log);
-        }
+                        "' failed: " + device::status_name(made.status) + (made.log.empty() ? "" : "\n" + made.log));
         time();
-        compiled.emplace_back(key, program);
-        return program;
+        if (!made.own_builtins) session->add_time("build anew", 0);
+        compiled.emplace_back(key, made.program);
+        return made.program;
     }
 };
 

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "core/checksum.h"
+#include "device/compile_program.h"
 #include "device/compilers_shared.h"
-#include "device/driver_cache.h"
 #include "device/program_cache.h"
 #include "device/session.h"
 #include "irradia/Error.h"
@@ -33,15 +33,10 @@ bool compile(const Session& session, JobHeader& header, const Job& job) {
     const std::string key = program_key(session, source, options);
     if (checksum(key.data(), key.size()) != job.key) return false;
     if (!load_program(key).empty()) return true;  // another render's processes were quicker
-    check_driver_cache(session.device.description);
-    const char* text = source.c_str();
-    const std::size_t length = source.size();
-    cl_int status = CL_SUCCESS;
-    cl_program program = clCreateProgramWithSource(session.context, 1, &text, &length, &status);
-    if (status != CL_SUCCESS) return false;
-    const bool built = clBuildProgram(program, 1, &session.device.id, options.c_str(), nullptr, nullptr) == CL_SUCCESS;
-    const bool stored = built && store_program(key, program);
-    clReleaseProgram(program);
+    const CompiledProgram compiled = compile_program(session, source, options);
+    if (compiled.program == nullptr) return false;
+    const bool stored = store_program(key, compiled.program);
+    clReleaseProgram(compiled.program);
     return stored;
 }
 

@@ -118,7 +118,8 @@ void CachingRenderer::Caching::sweep(Film& film) {
     cache_.settle();
     if (radiance_) radiance_->settle();
     Launch& launch = this->launch(film);
-    const std::map<std::string, std::string> defines = shade_defines(grid_.defines());
+    std::map<std::string, std::string> defines = shade_defines(grid_.defines());
+    if (!requests && (run_.scene.features & IR_FEATURE_BSDFS) == 0) defines["IR_NO_REQUESTS"] = "1";
     for (; s.first < s.pixels.size(); s.first += chunk_) {
         const auto end = std::min<std::uint64_t>(s.pixels.size(), s.first + chunk_);
         const std::vector<std::uint32_t> part(s.pixels.begin() + static_cast<std::ptrdiff_t>(s.first),

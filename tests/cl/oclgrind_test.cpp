@@ -17,11 +17,10 @@ namespace {
 
 using Names = std::set<std::string>;
 
-const Names kUngridded{"find_misses",    "sample_hemispheres", "clamp_new_records", "clamp_old_records",
+const Names kUngridded{"find_misses",    "sample_hemispheres", "clamp_records",
                        "insert_records", "pack_records",       "shade_pixels"};
-const Names kIrradiance{"trace_grid_paths", "merge_grid_level",   "count_grid_answers", "grid_means",
-                        "find_misses",      "sample_hemispheres", "clamp_new_records",  "clamp_old_records",
-                        "insert_records",   "pack_records",       "shade_pixels"};
+const Names kIrradiance{"trace_grid_paths",   "merge_grid_level", "count_grid_answers", "grid_means",   "find_misses",
+                        "sample_hemispheres", "clamp_records",    "insert_records",     "pack_records", "shade_pixels"};
 const Names kRadianceSamples = [] {
     Names names = kIrradiance;
     names.insert("tabulate_lobes");

@@ -98,8 +98,8 @@ def records(renderer, sizes, folder):
         rows.append({"records": s["records"], "render_s": render_seconds(s),
                      "records_s": s["phase_seconds"]["records"], "shade_s": s["phase_seconds"]["shade"],
                      **{name + "_s": stage.get(name, 0) for name in (
-                         "find_misses", "sample_hemispheres", "clamp_new_records", "clamp_old_records",
-                         "insert_records", "shade_pixels")},
+                         "find_misses", "sample_hemispheres", "clamp_records", "insert_records",
+                         "shade_pixels")},
                      "octree_bytes": 36 * s["octree"]["nodes"] + 8 * s["octree"]["entries"],
                      "octree_depth": s["octree"]["depth"], "device_peak_bytes": s["memory"]["device_peak_bytes"],
                      "process_cpu_s": s["process"]["cpu"]})
@@ -109,8 +109,7 @@ def records(renderer, sizes, folder):
         folder, "records", f"Cornell box, {width}x{width}, hemispheres of 4x8", "records", "seconds",
         {"render": (x, [r["render_s"] for r in rows]),
          "hemispheres": (x, [r["sample_hemispheres_s"] for r in rows]),
-         "clamp and insertion": (x, [r["clamp_new_records_s"] + r["clamp_old_records_s"] + r["insert_records_s"]
-                                     for r in rows]),
+         "clamp and insertion": (x, [r["clamp_records_s"] + r["insert_records_s"] for r in rows]),
          "misses found": (x, [r["find_misses_s"] for r in rows]),
          "shading": (x, [r["shade_pixels_s"] for r in rows])})
     return rows
