@@ -190,7 +190,7 @@ struct Device::Impl {
             throw Error("OpenCL: compiling " + file + " (" + options + ") for '" + session->device.description.name +
                         "' failed: " + device::status_name(made.status) + (made.log.empty() ? "" : "\n" + made.log));
         time();
-        if (!made.own_builtins) session->add_time("build anew", 0);
+        if (!made.own_builtins) session->add_time("build with header", 0);
         compiled.emplace_back(key, made.program);
         return made.program;
     }

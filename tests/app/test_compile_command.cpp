@@ -74,6 +74,12 @@ protected:
         all.insert(all.end(), more.begin() + 1, more.end());
         return all;
     }
+    /// No program took OpenCL's header (device/compile_program.h) of those that the render itself compiled.
+    static void expect_own_builtins(const std::string& statistics) {
+        const std::string text = test::file_text(statistics);
+        EXPECT_NE(text.find("\"build\""), std::string::npos) << statistics;
+        EXPECT_EQ(text.find("build with header"), std::string::npos) << statistics;
+    }
     /// What `threads` = 1 compiles itself, in turn, 2 has compiled: the same kernels for the same picture.
     void expect_same(const std::string& scene, const std::string& method) {
         std::set<std::string> kernels[2];
@@ -81,8 +87,9 @@ protected:
             const std::string n = std::to_string(threads);
             empty_caches(method + n);
             const test::Outcome outcome =
-                call(RENDER, small({scene, "--method", method, "--threads", n, "-o", n + ".pfm"}));
+                call(RENDER, small({scene, "--method", method, "--threads", n, "-o", n + ".pfm", "--stats", n}));
             EXPECT_EQ(outcome.status, 0) << outcome.err;
+            expect_own_builtins(in_folder(n));
             kernels[threads - 1] = names_in(kernels_);
         }
         EXPECT_GE(kernels[0].size(), 5u);
@@ -138,6 +145,25 @@ private:
 
 TEST_F(CompileCommand, CompilesWhatIrradianceWants) { expect_same("cornell-box.xml", "irradiance"); }
 TEST_F(CompileCommand, CompilesWhatRadianceWants) { expect_same("glossy-box.xml", "radiance"); }
+
+// Every program of every method, with all features: a built-in that cl/builtins_cpu.h lacks would cost each first run.
+TEST_F(CompileCommand, DeclaresAllBuiltinsThatItUses) {
+    const std::vector<Arguments> runs{
+        {"cornell-box.xml", "--method", "path", "--report-error"},
+        {"cornell-box.xml", "--method", "gather"},
+        {"cornell-box.xml", "--gradients", "ward", "--no-specialise"},
+        {"glossy-box.xml", "--method", "radiance", "--glossy", "harmonics", "--no-specialise"}};
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+        empty_caches("b" + std::to_string(i));
+        Arguments all = small(runs[i]);
+        const std::string statistics = std::to_string(i) + ".json";
+        for (const std::string more : {"--threads", "1", "-o", "b.pfm", "--stats", statistics.c_str()})
+            all.push_back(more);
+        const test::Outcome outcome = call(RENDER, all);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        expect_own_builtins(in_folder(statistics));
+    }
+}
 
 // Without a kernel being asked for, so that it is the others who have compiled; what then asks finds it.
 TEST_F(CompileCommand, OtherProcessesCompile) {

@@ -88,6 +88,33 @@ TEST_F(ProgramCache, KeepsWhatWasCompiledAndUsesIt) {
     EXPECT_EQ(fs::last_write_time(file), written);
 }
 
+// A text that declares its built-ins but uses others, and one that does not: PoCL's compiler reads OpenCL's header
+// then.
+TEST_F(ProgramCache, WhatDeclaresTooFewBuiltinsIsCompiledWithTheHeader) {
+    const std::string declares =
+        "#ifdef IR_OWN_BUILTINS\nfloat __attribute__((overloadable, const)) sqrt(float);\n#endif\n";
+    const auto kernel = [](const std::string& f) {
+        return "__kernel void k(__global float* a) { a[0] = " + f + "(a[0]); }\n";
+    };
+    const auto built = [&](const std::string& text, float expected) {
+        write(sources() / "k.cl", text);
+        Device device({});
+        float value = 4.0f;
+        Buffer a = device.upload(&value, sizeof value);
+        device.kernel("k.cl", "k", {}).arg(a).run(1, 1);
+        device.read(a, &value, sizeof value);
+        EXPECT_NEAR(value, expected, 1e-6f);
+        if (device.description().platform != "Portable Computing Language") return false;
+        return device.stage_times().count("build with header") != 0;
+    };
+    EXPECT_FALSE(built(kernel("sqrt"), 2.0f));
+    EXPECT_FALSE(built(declares + kernel("sqrt"), 2.0f));
+    const bool pocl = Device({}).description().platform == "Portable Computing Language";
+    EXPECT_EQ(built(declares + kernel("log2"), 2.0f), pocl);
+    EXPECT_EQ(files().size(), 3u);
+    EXPECT_EQ(built(declares + kernel("log2"), 2.0f), false);  // kept
+}
+
 TEST_F(ProgramCache, TellsSourcesAndOptionsApart) {
     EXPECT_EQ(run(), 7u);
     EXPECT_EQ(run("3"), 21u);
