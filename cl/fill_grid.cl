@@ -101,7 +101,7 @@ IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridPara
 IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow, uint level) {
     if (IR_GLOBAL_ID >= grid.slots) return;
     // Others take free slots meanwhile: their keys, of another level, must be read as they are set, atomically.
-    const uint key = IR_ATOMIC_ADD(&sums[IR_GLOBAL_ID].key, 0u);
+    const uint key = IR_ATOMIC_READ(&sums[IR_GLOBAL_ID].key);
     if (key == 0u || key >> 30 != level) return;
     const GridSum own = sums[IR_GLOBAL_ID];
     const uint slot = grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, grid.slots, grid_parent(own.key));

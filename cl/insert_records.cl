@@ -83,14 +83,11 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
                   k.support1);
 }
 
-// One work-item a place in the table: the node's list, then what was packed of it before, to a range of its own in
-// `packed`; the list is empty then. octree_state counts the entries handed out anew.
-IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* octree_entries, uint octree_mask,
-                            IR_GLOBAL const RecordKey* record_keys, CacheParameters cache_parameters,
-                            IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, IR_GLOBAL uint* octree_state) {
-    if (IR_GLOBAL_ID > octree_mask) return;
-    IR_GLOBAL uint* node = octree_nodes + (size_t)IR_NODE_STRIDE * IR_GLOBAL_ID;
-    if (node[0] == 0u) return;
+// The node's list, then what was packed of it before, to a range of its own in `packed`; the list is empty then.
+// octree_state counts the entries handed out anew.
+IR_ONCE_FN void pack_node(IR_GLOBAL uint* node, IR_GLOBAL const uint* octree_entries, IR_GLOBAL const RecordKey* record_keys,
+                          const CacheParameters* cache_parameters, IR_GLOBAL const uint* before, IR_GLOBAL uint* packed,
+                          IR_GLOBAL uint* octree_state) {
     const uint old_first = node[IR_NODE_PACKED], old_count = node[IR_NODE_PACKED + 1u];
     uint count = old_count;
     for (uint link = node[IR_NODE_HEAD]; link != 0u; link = octree_entries[(size_t)2u * (link - 1u) + 1u]) ++count;
@@ -99,7 +96,7 @@ IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* 
     IR_GLOBAL uint* to = packed + (size_t)IR_PACKED_WORDS * first;
     const real3 lo = make_real3(IR_AS_FLOAT(node[IR_NODE_CORNER]), IR_AS_FLOAT(node[IR_NODE_CORNER + 1u]),
                                 IR_AS_FLOAT(node[IR_NODE_CORNER + 2u]));
-    const float scale = packed_scale(octree_edge(&cache_parameters, octree_cell(node[0], node[1]).level));
+    const float scale = packed_scale(octree_edge(cache_parameters, octree_cell(node[0], node[1]).level));
     for (uint link = node[IR_NODE_HEAD]; link != 0u; to += IR_PACKED_WORDS) {
         IR_GLOBAL const uint* entry = octree_entries + (size_t)2u * (link - 1u);
         const RecordKey key = record_keys[entry[0]];
@@ -111,6 +108,16 @@ IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* 
     node[IR_NODE_HEAD] = 0u;
     node[IR_NODE_PACKED] = first;
     node[IR_NODE_PACKED + 1u] = count;
+}
+
+// One work-item a place in the table.
+IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* octree_entries, uint octree_mask,
+                            IR_GLOBAL const RecordKey* record_keys, CacheParameters cache_parameters,
+                            IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, IR_GLOBAL uint* octree_state) {
+    if (IR_GLOBAL_ID > octree_mask) return;
+    IR_GLOBAL uint* node = octree_nodes + (size_t)IR_NODE_STRIDE * IR_GLOBAL_ID;
+    if (node[0] == 0u) return;
+    pack_node(node, octree_entries, record_keys, &cache_parameters, before, packed, octree_state);
 }
 
 // One work-item a place in the old table: its node moves into a larger one, which is empty.

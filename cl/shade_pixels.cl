@@ -79,9 +79,61 @@ IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Gri
 
 #if IR_LOBES
 #define IR_LOBE_ARGS IR_RADIANCE_ARGS, IR_GLOBAL ShadingPoint *lobe_points,
+#define IR_LOBE_POINTS IR_GLOBAL ShadingPoint *lobe_points,
+#define IR_LOBE_POINTS_PASSED lobe_points,
 #else
 #define IR_LOBE_ARGS
+#define IR_LOBE_POINTS
+#define IR_LOBE_POINTS_PASSED
 #endif
+
+// All samples of a pixel of this launch; what they sum up to goes to its slot of the film.
+IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches* caches, const Grid* grid, uint pixel,
+                            uint slot, IR_GLOBAL float* film, IR_GLOBAL ShadingPoint* points,
+                            IR_LOBE_POINTS IR_GLOBAL uint* ray_counts, uint first_sample, uint sample_count, uint edges,
+                            uint flags, uint seed) {
+    const bool requests = (flags & IR_SHADE_REQUESTS) != 0u;
+    PixelSum sum;
+    pixel_clear(&sum);
+    RayCount rays;
+    rays.bounce = rays.shadow = 0u;
+    bool missed = false, lobe_missed = false;
+#if IR_LOBES
+    LobeMemo memo;
+    memo.count = 0u;
+#endif
+    for (uint i = 0; i < sample_count; i += IR_TILE) {
+        TileSample samples[IR_TILE];
+        const uint first = first_sample + i, count = min((uint)IR_TILE, sample_count - i);
+        shade_tile(s, grid, caches, pixel, first, count, edges, seed, (flags & IR_SHADE_KNOWN_DIRECT) != 0u, &sum, samples,
+                   &rays);
+        if (edges < 2u) continue;
+        Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);
+        uint uncovered;
+        sum.indirect += indirect_tile(s, cache, grid, samples, count, requests, edges_left(edges, 1u), &rng,
+                                      &uncovered, &rays);
+        if (uncovered < count && !missed) {
+            const ShadingPoint q = sample_point(s, &samples[uncovered], pixel);
+            push_point(points, &q);
+            missed = true;
+        }
+#if IR_LOBES
+        sum.indirect += lobes_tile(s, caches, grid, samples, count, requests, edges_left(edges, 1u), &rng, &memo,
+                                   &uncovered, &rays);
+        if (uncovered < count && !lobe_missed) {
+            const ShadingPoint q = make_shading_point(s->info, &samples[uncovered].surface, samples[uncovered].direction,
+                                                      samples[uncovered].depth, pixel, true);
+            push_point(lobe_points, &q);
+            lobe_missed = true;
+        }
+#endif
+    }
+    if (missed || lobe_missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
+    pixel_store(&sum, film, slot);
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
+    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+}
 
 IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL const GridCell* grid_cells,
                             GridParameters grid_parameters, IR_GLOBAL const uint* pixels, IR_GLOBAL float* film,
@@ -94,51 +146,14 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
     Grid grid;
     grid.parameters = &grid_parameters;
     grid.cells = grid_cells;
-    const uint pixel = pixels[slot];
-    const bool requests = (flags & IR_SHADE_REQUESTS) != 0u;
-    PixelSum sum;
-    pixel_clear(&sum);
-    RayCount rays;
-    rays.bounce = rays.shadow = 0u;
-    bool missed = false, lobe_missed = false;
     Caches caches;
 #if IR_LOBES
     IR_RADIANCE_INIT(radiance);
     caches.irradiance = &cache;
     caches.radiance = &radiance;
-    LobeMemo memo;
-    memo.count = 0u;
 #else
     caches.none = 0u;
 #endif
-    for (uint i = 0; i < sample_count; i += IR_TILE) {
-        TileSample samples[IR_TILE];
-        const uint first = first_sample + i, count = min((uint)IR_TILE, sample_count - i);
-        shade_tile(&s, &grid, &caches, pixel, first, count, edges, seed, (flags & IR_SHADE_KNOWN_DIRECT) != 0u, &sum, samples, &rays);
-        if (edges < 2u) continue;
-        Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);
-        uint uncovered;
-        sum.indirect += indirect_tile(&s, &cache, &grid, samples, count, requests, edges_left(edges, 1u), &rng,
-                                      &uncovered, &rays);
-        if (uncovered < count && !missed) {
-            const ShadingPoint q = sample_point(&s, &samples[uncovered], pixel);
-            push_point(points, &q);
-            missed = true;
-        }
-#if IR_LOBES
-        sum.indirect += lobes_tile(&s, &caches, &grid, samples, count, requests, edges_left(edges, 1u), &rng, &memo,
-                                   &uncovered, &rays);
-        if (uncovered < count && !lobe_missed) {
-            const ShadingPoint q = make_shading_point(s.info, &samples[uncovered].surface, samples[uncovered].direction,
-                                                      samples[uncovered].depth, pixel, true);
-            push_point(lobe_points, &q);
-            lobe_missed = true;
-        }
-#endif
-    }
-    if (missed || lobe_missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
-    pixel_store(&sum, film, slot);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    shade_pixel(&s, &cache, &caches, &grid, pixels[slot], slot, film, points, IR_LOBE_POINTS_PASSED ray_counts, first_sample,
+                sample_count, edges, flags, seed);
 }
