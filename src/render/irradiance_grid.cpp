@@ -11,9 +11,11 @@ namespace irradia {
 namespace {
 
 constexpr std::uint32_t paths_a_launch_cpu = 1u << 14, paths_a_launch_gpu = 1u << 20;
-constexpr float cells_a_diagonal = 256;        // finest cells; keys count to 509 along an axis
-constexpr float shortest_ray = 2;              // cells
-constexpr std::uint32_t least_estimates = 16;  // in a cell that answers
+constexpr float cells_a_diagonal = 256;  // finest cells; keys count to 509 along an axis
+constexpr float shortest_ray = 2;        // cells
+// Estimates in a cell that answers. Where only few paths are wanted, cells with fewer answer: else most rays would go
+// on as paths, which costs more than it mends in pictures that coarse.
+std::uint32_t least_estimates(int paths) { return std::clamp(static_cast<std::uint32_t>(paths) / 2048u, 4u, 16u); }
 
 /// Irradiance of the order that the lights cause over the whole scene, W·m⁻²: sums count in small parts of it.
 double typical_irradiance(const Scene& scene) {
@@ -47,7 +49,6 @@ IrradianceGrid::IrradianceGrid(Run& run)
     parameters_.cell = info.diagonal / cells_a_diagonal;
     parameters_.unit = std::max(static_cast<float>(typical_irradiance(run.scene) * 0x1p-20), 1e-30f);
     parameters_.shortest = shortest_ray;
-    parameters_.least = least_estimates;
     parameters_.slots = 1;
     run.device.fill(cells_, 0, sizeof(shared::GridCell));  // without a key: it knows nothing
 }
@@ -77,6 +78,7 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
     const auto paths = static_cast<std::uint32_t>(run_.settings.grid_paths);
     const std::size_t group = run_.device.pixel_group();
     parameters_.slots = static_cast<std::uint32_t>(slots);
+    parameters_.least = least_estimates(run_.settings.grid_paths);
     Buffer sums = run_.device.allocate(slots * sizeof(shared::GridSum));
     run_.device.fill(sums, 0, slots * sizeof(shared::GridSum));
     run_.device.fill(overflow_, 0, sizeof(std::uint32_t));
