@@ -82,17 +82,21 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
     Buffer sums = run_.device.allocate(slots * sizeof(shared::GridSum));
     run_.device.fill(sums, 0, slots * sizeof(shared::GridSum));
     run_.device.fill(overflow_, 0, sizeof(std::uint32_t));
-    const auto full = [&] {
-        std::uint32_t flag = 0;
-        run_.device.read(overflow_, &flag, sizeof flag);
-        return flag != 0;
+    Buffer taken = run_.device.allocate((slots + 1) * sizeof(std::uint32_t));
+    run_.device.fill(taken, 0, sizeof(std::uint32_t));
+    const auto first_word = [&](const Buffer& buffer) {
+        std::uint32_t word = 0;
+        run_.device.read(buffer, &word, sizeof word);
+        return word;
     };
+    const auto full = [&] { return first_word(overflow_) != 0; };
     const std::uint32_t launch = run_.device.cpu_traversal() ? paths_a_launch_cpu : paths_a_launch_gpu;
     for (std::uint32_t first = 0; first < paths; first += launch) {
         const std::uint32_t count = std::min(launch, paths - first);
         run_.scene_kernel("fill_grid.cl", "trace_grid_paths", {})
             .arg(sums)
             .arg(parameters_)
+            .arg(taken)
             .arg(overflow_)
             .arg(run_.ray_counters())
             .arg(first)
@@ -104,25 +108,35 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
         if (full()) return false;
         run_.report("grid", 0);
     }
-    for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level)
+    std::uint32_t cells = 0;
+    for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
+        const std::uint32_t end = first_word(taken);
+        if (end == cells) break;  // of a scene in which no path leaves anything
         run_.device.kernel("fill_grid.cl", "merge_grid_level", run_.scene_defines())
             .arg(sums)
             .arg(parameters_)
+            .arg(taken)
             .arg(overflow_)
-            .arg(level)
-            .run(group_count(slots, group), group);
+            .arg(cells)
+            .arg(end - cells)
+            .run(group_count(end - cells, group), group);
+        cells = end;
+    }
     if (full()) return false;
-    return make_cells(sums, full);
+    make_cells(sums, taken, first_word(taken));
+    return !full();
 }
 
-bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>& full) {
-    const std::size_t group = run_.device.pixel_group(), groups = group_count(parameters_.slots, group);
+void IrradianceGrid::make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells) {
+    const std::size_t group = run_.device.pixel_group(), groups = group_count(std::max(cells, 1u), group);
     Buffer count = run_.device.allocate(sizeof(std::uint32_t));
     run_.device.fill(count, 0, sizeof(std::uint32_t));
     run_.device.kernel("fill_grid.cl", "count_grid_answers", run_.scene_defines())
         .arg(sums)
         .arg(parameters_)
+        .arg(taken)
         .arg(count)
+        .arg(cells)
         .run(groups, group);
     std::uint32_t answers = 0;
     run_.device.read(count, &answers, sizeof answers);
@@ -133,11 +147,12 @@ bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>&
         .arg(sums)
         .arg(cells_)
         .arg(parameters_)
-        .arg(slots)
+        .arg(taken)
         .arg(overflow_)
+        .arg(slots)
+        .arg(cells)
         .run(groups, group);
     parameters_.slots = slots;
-    return !full();
 }
 
 void IrradianceGrid::state(Checkpoint& c) {
