@@ -1,6 +1,7 @@
 // Filling the irradiance grid. trace_grid_paths: one work-item traces one path from the camera and leaves, at each of
 // its vertices, the irradiance by indirect light that the rest of the path estimates there. merge_grid_level adds every
-// cell of a level to the one around it; grid_means makes of the sums what look-ups read.
+// cell of a level to the one around it; grid_means makes of the sums what look-ups read. The table is mostly empty: slots
+// that are taken are listed, and what comes later goes through the list.
 #define IR_GRID_FILL
 #include "camera.h"
 #include "film.h"
@@ -64,7 +65,8 @@ IR_ONCE_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* v
 
 // The index-th of all_paths.
 IR_ONCE_FN void fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const GridParameters* grid,
-                             IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed) {
+                             IR_GLOBAL uint* taken, IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index,
+                             uint all_paths, uint seed) {
     const IR_GLOBAL SceneInfo* info = s->info;
     const uint pixels = info->width * info->height;
     Rng rng = rng_make(seed ^ 0x67726964u, index, 0u);
@@ -84,27 +86,28 @@ IR_ONCE_FN void fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const 
     const uint count = grid_path(s, f, &rng, path, &arrives, &rays);
     for (uint k = count; k-- > 0u;) {
         const GridVertex v = path[k];
-        if (v.cosine >= 0.0f) grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, overflow);
+        if (v.cosine >= 0.0f) grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, taken, overflow);
         arrives = v.direct + v.weight * arrives;
     }
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
 }
 
-IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow,
-                                IR_GLOBAL uint* ray_counts, uint first_path, uint path_count, uint all_paths, uint seed) {
+IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
+                                IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint first_path, uint path_count,
+                                uint all_paths, uint seed) {
     if (IR_GLOBAL_ID >= path_count) return;
     IR_SCENE_INIT(s);
-    fill_by_path(&s, sums, &grid, overflow, ray_counts, first_path + IR_GLOBAL_ID, all_paths, seed);
+    fill_by_path(&s, sums, &grid, taken, overflow, ray_counts, first_path + IR_GLOBAL_ID, all_paths, seed);
 }
 
-IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow, uint level) {
-    if (IR_GLOBAL_ID >= grid.slots) return;
-    // Others take free slots meanwhile: their keys, of another level, must be read as they are set, atomically.
-    const uint key = IR_ATOMIC_READ(&sums[IR_GLOBAL_ID].key);
-    if (key == 0u || key >> 30 != level) return;
-    const GridSum own = sums[IR_GLOBAL_ID];
-    const uint slot = grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, grid.slots, grid_parent(own.key));
+// The cells of one level: taken[1 + first] and following, `count` of them. Those around them are listed behind.
+IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
+                                IR_GLOBAL uint* overflow, uint first, uint count) {
+    if (IR_GLOBAL_ID >= count) return;
+    const GridSum own = sums[taken[1u + first + IR_GLOBAL_ID]];
+    const uint slot =
+        grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, grid.slots, grid_parent(own.key), taken);
     if (slot == grid.slots) {
         IR_ATOMIC_MAX(overflow, 1u);
         return;
@@ -116,25 +119,21 @@ IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR
     IR_ATOMIC_ADD(&parent->samples, own.samples);
 }
 
-IR_FN bool grid_answers(const GridParameters* grid, const GridSum* sum) {
-    return sum->key != 0u && sum->samples >= grid->least;
+// How many of `count` cells have enough estimates to answer.
+IR_KERNEL void count_grid_answers(IR_GLOBAL const GridSum* sums, GridParameters grid, IR_GLOBAL const uint* taken,
+                                  IR_GLOBAL uint* answers, uint count) {
+    if (IR_GLOBAL_ID >= count) return;
+    if (sums[taken[1u + IR_GLOBAL_ID]].samples >= grid.least) IR_ATOMIC_ADD(answers, 1u);
 }
 
-// How many cells have enough estimates to answer.
-IR_KERNEL void count_grid_answers(IR_GLOBAL const GridSum* sums, GridParameters grid, IR_GLOBAL uint* answers) {
-    if (IR_GLOBAL_ID >= grid.slots) return;
-    const GridSum sum = sums[IR_GLOBAL_ID];
-    if (grid_answers(&grid, &sum)) IR_ATOMIC_ADD(answers, 1u);
-}
-
-// Means of the cells that answer, in a table of their own, small enough for a cache; `slots` of it, at least twice as
+// Means of those of `count` cells that answer, in a table of their own, small enough for a cache; `slots` of it, at least twice as
 // many as there are answers, all free. Which slot a cell gets depends on the order of work-items, what it says does not.
-IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cells, GridParameters grid, uint slots,
-                          IR_GLOBAL uint* overflow) {
-    if (IR_GLOBAL_ID >= grid.slots) return;
-    const GridSum sum = sums[IR_GLOBAL_ID];
-    if (!grid_answers(&grid, &sum)) return;
-    const uint slot = grid_take((volatile IR_GLOBAL uint*)cells, IR_GRID_CELL_WORDS, slots, sum.key);
+IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cells, GridParameters grid,
+                          IR_GLOBAL const uint* taken, IR_GLOBAL uint* overflow, uint slots, uint count) {
+    if (IR_GLOBAL_ID >= count) return;
+    const GridSum sum = sums[taken[1u + IR_GLOBAL_ID]];
+    if (sum.samples < grid.least) return;
+    const uint slot = grid_take((volatile IR_GLOBAL uint*)cells, IR_GRID_CELL_WORDS, slots, sum.key, 0);
     if (slot == slots) {
         IR_ATOMIC_MAX(overflow, 1u);
         return;

@@ -5,13 +5,13 @@
 #include "irradiance_grid.h"
 
 // deposits: position, normal, irradiance; nine floats each.
-IR_KERNEL void test_grid_deposit(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* overflow,
-                                 IR_GLOBAL const float* deposits, uint count) {
+IR_KERNEL void test_grid_deposit(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
+                                 IR_GLOBAL uint* overflow, IR_GLOBAL const float* deposits, uint count) {
     const uint i = IR_GLOBAL_ID;
     if (i >= count) return;
     IR_GLOBAL const float* d = deposits + 9u * i;
     grid_deposit(&grid, sums, make_real3(d[0], d[1], d[2]), make_real3(d[3], d[4], d[5]), make_real3(d[6], d[7], d[8]),
-                 overflow);
+                 taken, overflow);
 }
 
 // points: position, normal; six floats each. keys: the keys of all levels by position, then the same by grid_parent.

@@ -32,17 +32,21 @@ IR_FN bool grid_radiance(const SceneData* s, const Grid* grid, const Surface* f,
 #endif
 
 // Light that path->surface reflects to where the path came from, times the path's throughput. `edges`: as in path.h.
-// `ask`: the grid may answer for the first surface already.
+// `ask`: the grid may answer for the first surface already. Its ray must be long for the cells; behind a diffuse surface
+// any length does: directions from there go everywhere, and their mean does not show what one cell smears.
 IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, uint edges, bool ask, Rng* rng,
                           RayCount* rays) {
     real3 sum = black();
+    bool scattered = false;  // by a diffuse surface
     for (uint bounce = 0; bounce < edges && reflects(&path.surface); ++bounce) {
         const bool roulette = bounce >= IR_ROULETTE_START;
 #if IR_GRID
         real3 radiance;
-        if (ask && grid_radiance(s, grid, &path.surface, path.distance, rng, &radiance)) {
+        const float distance = scattered ? IR_INFINITY : path.distance;
+        if (ask && grid_radiance(s, grid, &path.surface, distance, rng, &radiance)) {
             sum += path.throughput * radiance;
             if (!known_vertex(s, &path, roulette, rng, rays, &sum)) break;
+            scattered = false;  // what goes on is glossy
             continue;
         }
         ask = true;
@@ -51,6 +55,7 @@ IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, 
             known_vertex(s, &path, roulette, rng, rays, &sum);
             break;
         }
+        scattered = is_diffuse(&path.surface);
         if (!path_vertex(s, &path, roulette, rng, rays, &sum)) break;
     }
     return sum;

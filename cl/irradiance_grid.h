@@ -124,11 +124,12 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
 #define IR_GRID_CELL_WORDS (sizeof(GridCell) / sizeof(uint))
 
 // Slot of `key` in a table of either struct, whose first word is the key; taken if it is not there yet; `slots` if the
-// table is full.
-IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key) {
+// table is full. `taken`, if not 0: gets slots that are taken, in no order; taken[0] is their number.
+IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, volatile IR_GLOBAL uint* taken) {
     uint slot = hash_uint(key) & (slots - 1u);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
         const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
+        if (found == 0u && taken != 0) taken[1u + IR_ATOMIC_ADD(&taken[0], 1u)] = slot;
         if (found == 0u || found == key) return slot;
     }
     return slots;
@@ -152,8 +153,9 @@ IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f
 
 // One estimate of irradiance at (p, n). Sets *overflow if the table is full.
 IR_ONCE_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n,
-                             real3 irradiance, volatile IR_GLOBAL uint* overflow) {
-    const uint slot = grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, g->slots, grid_key(g, 0u, p, n));
+                             real3 irradiance, volatile IR_GLOBAL uint* taken, volatile IR_GLOBAL uint* overflow) {
+    const uint slot =
+        grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, g->slots, grid_key(g, 0u, p, n), taken);
     if (slot == g->slots) {
         IR_ATOMIC_MAX(overflow, 1u);
         return;

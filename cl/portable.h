@@ -49,11 +49,6 @@
 #else
 #define IR_PREFETCH(p)
 #endif
-#if defined(IR_CPU) && !defined(IR_READ_BY_ATOMICS)  // a CPU loads a word whole; an atomic would write to every line it reads
-#define IR_ATOMIC_READ(p) (*(volatile IR_GLOBAL const uint*)(p))
-#else  // GPUs; and oclgrind, which takes such a load for a race
-#define IR_ATOMIC_READ(p) atomic_add(p, 0u)
-#endif
 #define IR_AS_UINT(x) as_uint(x)
 #define IR_AS_FLOAT(x) as_float(x)
 #define IR_ATOMIC_ADD(p, v) atomic_add(p, v)
@@ -93,7 +88,6 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_PREFETCH(p)
 #define IR_AS_UINT(x) __float_as_uint(x)
 #define IR_AS_FLOAT(x) __uint_as_float(x)
-#define IR_ATOMIC_READ(p) atomicAdd((uint*)(p), 0u)
 #define IR_ATOMIC_ADD(p, v) atomicAdd((uint*)(p), v)
 #define IR_ATOMIC_MIN(p, v) atomicMin((uint*)(p), v)
 #define IR_ATOMIC_MAX(p, v) atomicMax((uint*)(p), v)

@@ -64,11 +64,17 @@ IR_FN SphericalRectangle spherical_rectangle(real3 p, real3 corner, real3 e1, re
 // Offset from p to the point of the rectangle for u, v in [0,1). Needs solid_angle > 0.
 IR_FN real3 sample_spherical_rectangle(const SphericalRectangle* q, real u, real v) {
     const real z2 = q->z0 * q->z0;
-    const real n0 = -q->y0 * rsqrt(z2 + q->y0 * q->y0), n2 = q->y1 * rsqrt(z2 + q->y1 * q->y1);
-    const real n3 = -q->x0 * rsqrt(z2 + q->x0 * q->x0);
-    const real k = R(2.0) * IR_PI - acos(clamp(-n2 * n3, R(-1.0), R(1.0))) - acos(clamp(-n3 * n0, R(-1.0), R(1.0)));
-    real sin_a, cos_a;
-    sincos_angle(clamp(u * q->solid_angle + k, R(0.0), R(2.0) * IR_PI), &sin_a, &cos_a);
+    const real r0 = rsqrt(z2 + q->y0 * q->y0), r2 = rsqrt(z2 + q->y1 * q->y1), r3 = rsqrt(z2 + q->x0 * q->x0);
+    const real n0 = -q->y0 * r0, n2 = q->y1 * r2, n3 = -q->x0 * r3;
+    // The paper's k = 2 pi - g2 - g3 by its sine and cosine, those of the corners' angles being known: no arc cosine, and
+    // no root of 1 - cos^2.
+    const real c2 = -n2 * n3, s2 = -q->z0 * sqrt(z2 + q->y1 * q->y1 + q->x0 * q->x0) * r2 * r3;
+    const real c3 = -n3 * n0, s3 = -q->z0 * sqrt(z2 + q->y0 * q->y0 + q->x0 * q->x0) * r3 * r0;
+    const real sin_k = -(s2 * c3 + c2 * s3), cos_k = c2 * c3 - s2 * s3;
+    real sin_u, cos_u;
+    sincos_angle(u * q->solid_angle, &sin_u, &cos_u);
+    real sin_a = sin_u * cos_k + cos_u * sin_k;
+    const real cos_a = cos_u * cos_k - sin_u * sin_k;
     if (fabs(sin_a) < R(1e-7)) sin_a = sin_a < R(0.0) ? R(-1e-7) : R(1e-7);
     const real f = (cos_a * n0 - n2) / sin_a;
     // cu = sign(f) / sqrt(f² + n0²), x = -cu z0 / sqrt(1 - cu²): without the roots of differences

@@ -84,6 +84,7 @@ struct RenderSettings {
     float glossy_spread = 0.1f;     ///< records that disagree by more than this want another between them; 0 = off
     float min_spacing = 1.5f;       ///< least support of a record, pixels
     float max_spacing = 30.0f;      ///< largest support of a record, pixels
+    float gap_spacing = 0.3f;       ///< least support in narrow places, where it is below min_spacing, pixels
     bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
     bool report_error = false;      ///< estimate the picture's error in the end, by paths of its own (theory 8)
     float error_share = 0.2f;       ///< of the time that the picture took: what the estimate may take

@@ -54,6 +54,11 @@ void declare_irradiance(CLI::App& app, RenderSettings& s) {
     cache.value("--max-spacing", s.max_spacing, "PIXELS", "Largest radius of a record on the screen")
         ->check(number("above 0", [](double x) { return x > 0; }))
         ->default_str(option_text(s.max_spacing));
+    cache
+        .value("--gap-spacing", s.gap_spacing, "PIXELS",
+               "Least radius of a record in a narrow place, under or beside something near, if less than --min-spacing")
+        ->check(number("above 0", [](double x) { return x > 0; }))
+        ->default_str(option_text(s.gap_spacing));
     cache.choice("--gradients", s.gradients, gradient_names(),
                  "How irradiance is carried from a record to a point: none, Ward and Heckbert's translational "
                  "gradient, or the crease rule");

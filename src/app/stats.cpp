@@ -42,6 +42,7 @@ Json settings_json(const Options& o, int spp) {
             {"overlap", plain(s.overlap)},
             {"min_spacing", plain(s.min_spacing)},
             {"max_spacing", plain(s.max_spacing)},
+            {"gap_spacing", plain(s.gap_spacing)},
             {"glossy", name_of(glossy_names(), s.glossy)},
             {"trace_below", plain(s.trace_below)},
             {"glossy_share", plain(s.glossy_share)},

@@ -59,6 +59,7 @@ RecordOrigin record_origin(const Scene& scene, const RenderSettings& s) {
         {"overlap", text(s.overlap)},
         {"min-spacing", text(s.min_spacing)},
         {"max-spacing", text(s.max_spacing)},
+        {"gap-spacing", text(s.gap_spacing)},
         {"gradients", name(s.gradients)},
         {"radius", name(s.radius)},
         {"neighbour-clamp", on(s.neighbour_clamp)},

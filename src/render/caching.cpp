@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::size_t pixels_a_launch_cpu = 1u << 14, pixels_a_launch_gpu = 1u << 20;
 constexpr std::uint32_t rounds_a_view = disagreement_salt + disagreement_rounds + 1;
-constexpr float gap_least = 0.5f;  // footprints: support of a record in a narrow place
 
 /// `accuracy`: `a` of the records.
 CacheSettings cache_settings(const Run& run, float accuracy) {
@@ -41,7 +40,7 @@ CacheSettings cache_settings(const Run& run, float accuracy) {
     c.min_spacing = s.min_spacing * s.overlap;
     c.placement_stretch = s.overlap;
     if (s.reach_limit) {
-        c.gap_least = std::min(gap_least, c.min_spacing);
+        c.gap_least = std::min(s.gap_spacing, s.min_spacing) * s.overlap;
         c.gap_reach = 2 * c.min_spacing;  // wider places are seen by the hemispheres of records around
     }
     return c;

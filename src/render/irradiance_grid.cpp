@@ -11,9 +11,11 @@ namespace irradia {
 namespace {
 
 constexpr std::uint32_t paths_a_launch_cpu = 1u << 14, paths_a_launch_gpu = 1u << 20;
-constexpr float cells_a_diagonal = 256;        // finest cells; keys count to 509 along an axis
-constexpr float shortest_ray = 2;              // cells
-constexpr std::uint32_t least_estimates = 16;  // in a cell that answers
+constexpr float cells_a_diagonal = 256;  // finest cells; keys count to 509 along an axis
+constexpr float shortest_ray = 2;        // cells
+// Estimates in a cell that answers. Where only few paths are wanted, cells with fewer answer: else most rays would go
+// on as paths, which costs more than it mends in pictures that coarse.
+std::uint32_t least_estimates(int paths) { return std::clamp(static_cast<std::uint32_t>(paths) / 2048u, 4u, 16u); }
 
 /// Irradiance of the order that the lights cause over the whole scene, W·m⁻²: sums count in small parts of it.
 double typical_irradiance(const Scene& scene) {
@@ -47,7 +49,6 @@ IrradianceGrid::IrradianceGrid(Run& run)
     parameters_.cell = info.diagonal / cells_a_diagonal;
     parameters_.unit = std::max(static_cast<float>(typical_irradiance(run.scene) * 0x1p-20), 1e-30f);
     parameters_.shortest = shortest_ray;
-    parameters_.least = least_estimates;
     parameters_.slots = 1;
     run.device.fill(cells_, 0, sizeof(shared::GridCell));  // without a key: it knows nothing
 }
@@ -77,20 +78,25 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
     const auto paths = static_cast<std::uint32_t>(run_.settings.grid_paths);
     const std::size_t group = run_.device.pixel_group();
     parameters_.slots = static_cast<std::uint32_t>(slots);
+    parameters_.least = least_estimates(run_.settings.grid_paths);
     Buffer sums = run_.device.allocate(slots * sizeof(shared::GridSum));
     run_.device.fill(sums, 0, slots * sizeof(shared::GridSum));
     run_.device.fill(overflow_, 0, sizeof(std::uint32_t));
-    const auto full = [&] {
-        std::uint32_t flag = 0;
-        run_.device.read(overflow_, &flag, sizeof flag);
-        return flag != 0;
+    Buffer taken = run_.device.allocate((slots + 1) * sizeof(std::uint32_t));
+    run_.device.fill(taken, 0, sizeof(std::uint32_t));
+    const auto first_word = [&](const Buffer& buffer) {
+        std::uint32_t word = 0;
+        run_.device.read(buffer, &word, sizeof word);
+        return word;
     };
+    const auto full = [&] { return first_word(overflow_) != 0; };
     const std::uint32_t launch = run_.device.cpu_traversal() ? paths_a_launch_cpu : paths_a_launch_gpu;
     for (std::uint32_t first = 0; first < paths; first += launch) {
         const std::uint32_t count = std::min(launch, paths - first);
         run_.scene_kernel("fill_grid.cl", "trace_grid_paths", {})
             .arg(sums)
             .arg(parameters_)
+            .arg(taken)
             .arg(overflow_)
             .arg(run_.ray_counters())
             .arg(first)
@@ -102,25 +108,35 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
         if (full()) return false;
         run_.report("grid", 0);
     }
-    for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level)
+    std::uint32_t cells = 0;
+    for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
+        const std::uint32_t end = first_word(taken);
+        if (end == cells) break;  // of a scene in which no path leaves anything
         run_.device.kernel("fill_grid.cl", "merge_grid_level", run_.scene_defines())
             .arg(sums)
             .arg(parameters_)
+            .arg(taken)
             .arg(overflow_)
-            .arg(level)
-            .run(group_count(slots, group), group);
+            .arg(cells)
+            .arg(end - cells)
+            .run(group_count(end - cells, group), group);
+        cells = end;
+    }
     if (full()) return false;
-    return make_cells(sums, full);
+    make_cells(sums, taken, first_word(taken));
+    return !full();
 }
 
-bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>& full) {
-    const std::size_t group = run_.device.pixel_group(), groups = group_count(parameters_.slots, group);
+void IrradianceGrid::make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells) {
+    const std::size_t group = run_.device.pixel_group(), groups = group_count(std::max(cells, 1u), group);
     Buffer count = run_.device.allocate(sizeof(std::uint32_t));
     run_.device.fill(count, 0, sizeof(std::uint32_t));
     run_.device.kernel("fill_grid.cl", "count_grid_answers", run_.scene_defines())
         .arg(sums)
         .arg(parameters_)
+        .arg(taken)
         .arg(count)
+        .arg(cells)
         .run(groups, group);
     std::uint32_t answers = 0;
     run_.device.read(count, &answers, sizeof answers);
@@ -131,11 +147,12 @@ bool IrradianceGrid::make_cells(const Buffer& sums, const std::function<bool()>&
         .arg(sums)
         .arg(cells_)
         .arg(parameters_)
-        .arg(slots)
+        .arg(taken)
         .arg(overflow_)
+        .arg(slots)
+        .arg(cells)
         .run(groups, group);
     parameters_.slots = slots;
-    return !full();
 }
 
 void IrradianceGrid::state(Checkpoint& c) {

@@ -1,7 +1,6 @@
 // The irradiance grid on the device: filled by tracing paths, then read by hemispheres (cl/irradiance_grid.h).
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <string>
 
@@ -32,10 +31,10 @@ public:
     void state(Checkpoint& checkpoint);
 
 private:
-    // Both return false if the table of that many slots turned out too small.
+    // False if a table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
     [[nodiscard]] bool wanted() const;
-    bool make_cells(const Buffer& sums, const std::function<bool()>& full);
+    void make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells);
 
     Run& run_;
     shared::GridParameters parameters_{};

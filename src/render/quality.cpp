@@ -10,17 +10,17 @@ void apply_level(RenderSettings& settings, double level) {
     struct Preset {
         float accuracy;
         int m, n;
-        float min_spacing, max_spacing;
+        float min_spacing, max_spacing, gap_spacing;
         int grid_paths, spp;
         float pixel_error;
     };
     static constexpr Preset presets[] = {
-        {0.4f, 8, 32, 3.0f, 30, 1 << 15, 64, 0.05f},          // draft
-        {0.2f, 16, 32, 2.0f, 30, 1 << 17, 256, 0.01f},        // medium
-        {0.12f, 32, 64, 1.0f, 30, 1 << 19, 1024, 0.007f},     // fine
-        {0.07f, 64, 128, 0.4f, 15, 1 << 21, 4096, 0.003f},    // finest
-        {0.042f, 96, 256, 0.2f, 8, 1 << 23, 16384, 0.0014f},  // beyond: what --target-error may come to
-        {0.025f, 144, 384, 0.1f, 4, 1 << 24, 65536, 0.0007f},
+        {0.4f, 8, 32, 3.0f, 30, 1.5f, 1 << 15, 64, 0.05f},          // draft
+        {0.2f, 16, 32, 2.0f, 30, 0.3f, 1 << 17, 256, 0.01f},        // medium
+        {0.12f, 32, 64, 1.0f, 30, 0.3f, 1 << 19, 1024, 0.007f},     // fine
+        {0.07f, 64, 128, 0.4f, 15, 0.3f, 1 << 21, 4096, 0.003f},    // finest
+        {0.042f, 96, 256, 0.2f, 8, 0.2f, 1 << 23, 16384, 0.0014f},  // beyond: what --target-error may come to
+        {0.025f, 144, 384, 0.1f, 4, 0.1f, 1 << 24, 65536, 0.0007f},
     };
     const double at = std::clamp(level, 0.0, highest_level), below = std::min(std::floor(at), highest_level - 1);
     const Preset &a = presets[static_cast<int>(below)], &b = presets[static_cast<int>(below) + 1];
@@ -32,6 +32,7 @@ void apply_level(RenderSettings& settings, double level) {
     settings.hemisphere_n = nearest.n;
     settings.min_spacing = static_cast<float>(between(a.min_spacing, b.min_spacing));
     settings.max_spacing = static_cast<float>(between(a.max_spacing, b.max_spacing));
+    settings.gap_spacing = static_cast<float>(between(a.gap_spacing, b.gap_spacing));
     settings.grid_paths = static_cast<int>(between(a.grid_paths, b.grid_paths));
     settings.spp = static_cast<int>(between(a.spp, b.spp));
     settings.pixel_error = static_cast<float>(between(a.pixel_error, b.pixel_error));

@@ -20,6 +20,7 @@ void check_settings(const Scene& scene, const RenderSettings& s) {
     if (!(s.min_spacing > 0) || !(s.max_spacing >= s.min_spacing))
         fail("spacing " + std::to_string(s.min_spacing) + " to " + std::to_string(s.max_spacing) +
              " pixels: expected 0 < min <= max");
+    if (!(s.gap_spacing > 0)) fail("gap spacing " + std::to_string(s.gap_spacing) + ": expected a positive number");
     if (!(s.firefly >= 0))
         fail("firefly limit " + std::to_string(s.firefly) + ": expected 0 (off) or a positive number");
     if (!(s.overlap >= 1)) fail("overlap " + std::to_string(s.overlap) + ": expected at least 1");

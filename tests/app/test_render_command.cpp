@@ -62,6 +62,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--overlap",
                                                "--min-spacing",
                                                "--max-spacing",
+                                               "--gap-spacing",
                                                "--gradients",
                                                "--radius",
                                                "--weight",
@@ -111,6 +112,7 @@ TEST_F(RenderCommand, HelpStatesTheDefaultsOfRenderSettings) {
     EXPECT_FLOAT_EQ(std::stof(default_of("  --overlap")), defaults.overlap);
     EXPECT_FLOAT_EQ(std::stof(default_of("  --min-spacing")), defaults.min_spacing);
     EXPECT_FLOAT_EQ(std::stof(default_of("  --max-spacing")), defaults.max_spacing);
+    EXPECT_FLOAT_EQ(std::stof(default_of("  --gap-spacing")), defaults.gap_spacing);
     EXPECT_EQ(default_of("  --hemisphere"),
               std::to_string(defaults.hemisphere_m) + "x" + std::to_string(defaults.hemisphere_n));
     EXPECT_EQ(std::stoi(default_of("  --max-depth")), defaults.max_depth);

@@ -41,29 +41,62 @@ GridParameters parameters(std::uint32_t slots, float unit = 0x1p-20f) {
 class Table {
 public:
     explicit Table(const GridParameters& p)
-        : parameters_(p), sums_(zero(p.slots * sizeof(GridSum))), cells_(zero(64 * sizeof(GridCell))) {}
+        : parameters_(p),
+          sums_(zero(p.slots * sizeof(GridSum))),
+          taken_(zero((p.slots + 1) * sizeof(std::uint32_t))),
+          cells_(zero(64 * sizeof(GridCell))) {}
 
     void deposit(const std::vector<Deposit>& deposits) {
         const Buffer in = device().upload(deposits);
         const auto count = static_cast<std::uint32_t>(deposits.size());
         Kernel kernel = device().kernel("grid_test.cl", "test_grid_deposit", {});
-        kernel.arg(sums_).arg(parameters_).arg(overflow_).arg(in).arg(count).run((count + 15) / 16, 16);
+        kernel.arg(sums_).arg(parameters_).arg(taken_).arg(overflow_).arg(in).arg(count).run((count + 15) / 16, 16);
     }
     void merge() {
-        for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level)
-            fill_kernel("merge_grid_level").arg(sums_).arg(parameters_).arg(overflow_).arg(level).run(groups(), 16);
+        std::uint32_t first = 0;
+        for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
+            const std::uint32_t end = taken();
+            fill_kernel("merge_grid_level")
+                .arg(sums_)
+                .arg(parameters_)
+                .arg(taken_)
+                .arg(overflow_)
+                .arg(first)
+                .arg(end - first)
+                .run((end - first) / 16 + 1, 16);
+            first = end;
+        }
     }
     std::uint32_t answers() {
         const Buffer count = zero(sizeof(std::uint32_t));
-        fill_kernel("count_grid_answers").arg(sums_).arg(parameters_).arg(count).run(groups(), 16);
+        fill_kernel("count_grid_answers")
+            .arg(sums_)
+            .arg(parameters_)
+            .arg(taken_)
+            .arg(count)
+            .arg(taken())
+            .run(taken() / 16 + 1, 16);
         std::uint32_t n = 0;
         device().read(count, &n, sizeof n);
         return n;
     }
     void means(std::uint32_t slots) {
         cells_ = zero(slots * sizeof(GridCell));
-        fill_kernel("grid_means").arg(sums_).arg(cells_).arg(parameters_).arg(slots).arg(overflow_).run(groups(), 16);
+        fill_kernel("grid_means")
+            .arg(sums_)
+            .arg(cells_)
+            .arg(parameters_)
+            .arg(taken_)
+            .arg(overflow_)
+            .arg(slots)
+            .arg(taken())
+            .run(taken() / 16 + 1, 16);
         cell_slots_ = slots;
+    }
+    [[nodiscard]] std::uint32_t taken() const {
+        std::uint32_t n = 0;
+        device().read(taken_, &n, sizeof n);
+        return n;
     }
     [[nodiscard]] bool full() const {
         std::uint32_t flag = 0;
@@ -102,10 +135,8 @@ private:
     static Kernel fill_kernel(const std::string& name) {
         return device().kernel("fill_grid.cl", name, {{"IR_FEATURES", "0u"}});
     }
-    [[nodiscard]] std::size_t groups() const { return (parameters_.slots + 15) / 16; }
-
     GridParameters parameters_;
-    Buffer sums_, cells_, overflow_ = zero(sizeof(std::uint32_t));
+    Buffer sums_, taken_, cells_, overflow_ = zero(sizeof(std::uint32_t));
     std::uint32_t cell_slots_ = 64;
 };
 

@@ -121,15 +121,14 @@ protected:
     /// `uninitialized` false: but for uses of uninitialised memory.
     void check(const std::string& executable, const std::vector<std::string>& arguments, const Names& expected,
                bool uninitialized = true) const {
-        // It has no prefetch, takes a word loaded while others set it for a race, and running sample_hemispheres over
-        // lanes of eight it crashes: that code is checked with single numbers here, and its results elsewhere
-        // (DeviceHemisphere). Kernels kept are for other drivers.
+        // It has no prefetch, and running sample_hemispheres over lanes of eight it crashes: that code is checked with
+        // single numbers here, and its results elsewhere (DeviceHemisphere). Kernels kept are for other drivers.
         // Code as clang emits it: optimised code holds instructions (freeze, bitreverse) that oclgrind 21.10 lacks.
         // The names of the kernels come from a library that the shell preloads before oclgrind's own; oclgrind's
         // --inst-counts, which also prints them, corrupts the heap where a kernel is large.
         std::vector<std::string> line{
             "--build-options",
-            "-O0 -disable-llvm-passes -D IR_NO_PREFETCH=1 -D IR_READ_BY_ATOMICS=1 -D IR_SCALAR_LANES=1",
+            "-O0 -disable-llvm-passes -D IR_NO_PREFETCH=1 -D IR_SCALAR_LANES=1",
             "--num-threads",
             "1",
             "--data-races",
@@ -386,10 +385,8 @@ TEST_F(Oclgrind, FindsWhatIsWrong) {
     for (const auto& [name, body] : faults) {
         std::ofstream(in_folder("fault.cl")) << "kernel void fault(global uint* out) { " << body << " }\n";
         std::ofstream(in_folder("fault.sim")) << "fault.cl\nfault\n4 1 1\n4 1 1\n<size=16 fill=0 uint>\n";
-        call("oclgrind-kernel",
-             {"--build-options",
-              "-O0 -disable-llvm-passes -D IR_NO_PREFETCH=1 -D IR_READ_BY_ATOMICS=1 -D IR_SCALAR_LANES=1",
-              "--data-races", "--uninitialized", "--log", in_folder("log"), "fault.sim"});
+        call("oclgrind-kernel", {"--build-options", "-O0 -disable-llvm-passes -D IR_NO_PREFETCH=1 -D IR_SCALAR_LANES=1",
+                                 "--data-races", "--uninitialized", "--log", in_folder("log"), "fault.sim"});
         EXPECT_FALSE(findings(file_text(in_folder("log"))).empty()) << name;
         std::filesystem::remove(in_folder("log"));
     }

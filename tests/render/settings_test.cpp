@@ -174,6 +174,7 @@ TEST(BadSettings, AreRefusedInOneLine) {
     refused("accuracy", [](RenderSettings& s) { s.accuracy = 0; });
     refused("accuracy", [](RenderSettings& s) { s.accuracy = NAN; });
     refused("spacing", [](RenderSettings& s) { s.min_spacing = 40; });
+    refused("gap spacing", [](RenderSettings& s) { s.gap_spacing = 0; });
     refused("overlap", [](RenderSettings& s) { s.overlap = 0.5f; });
     refused("AOV 'depht'", [](RenderSettings& s) { s.aovs = {"depht"}; });
     refused("4194304 directions", [](RenderSettings& s) { s.hemisphere_m = 1024, s.hemisphere_n = 4096; });
