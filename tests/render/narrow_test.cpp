@@ -1,6 +1,7 @@
 // Light must not leak into narrow places: cornell-a's lamp hangs .01 under the ceiling, 1.3 pixels of its picture, and
 // what is seen of the ceiling over its edge is all but dark. The reference is tests/data/etalon.
 #include <cmath>
+#include <vector>
 
 #include "irradia/Image.h"
 #include "render_fixture.h"
@@ -35,6 +36,30 @@ TEST(Narrow, RecordsOutsideDoNotShineIntoAGap) {
     EXPECT_GT(leak, 5 * dark);
     // What is left: pixels half of which show the ceiling outside, nearer to the gap than --min-spacing.
     EXPECT_LT(std::abs(light - dark), .5 * (leak - dark));
+}
+
+// How close records in a narrow place may lie is a setting of its own: closer ones keep light out, at more records.
+TEST(Narrow, GapSpacingTradesRecordsForLight) {
+    const double dark = in_gap(read_image(test_data("etalon/cornell-a.a.exr")).layers[0].data);
+    const Scene scene = load(test_data("peers/cornell-a.xml"));
+    Device device({});
+    RenderSettings s;
+    apply_quality(s, Quality::medium);
+    s.spp = 16;
+    std::vector<double> leak;
+    std::vector<std::uint64_t> records;
+    for (const float spacing : {0.3f, 2.0f, 50.0f}) {  // the last: that of records elsewhere, 2 in medium
+        s.gap_spacing = spacing;
+        const RenderResult r = render(scene, device, s);
+        leak.push_back(in_gap(r.image.layers[0].data) - dark);
+        records.push_back(r.statistics.records);
+        std::printf("spacing %.1f: %.4f too bright, %d records\n", static_cast<double>(spacing), leak.back(),
+                    static_cast<int>(records.back()));
+    }
+    EXPECT_LT(std::abs(leak[0]), .75 * leak[1]);
+    EXPECT_GT(records[0], records[1]);
+    EXPECT_EQ(leak[1], leak[2]);  // never farther apart than elsewhere
+    EXPECT_EQ(records[1], records[2]);
 }
 
 }  // namespace
