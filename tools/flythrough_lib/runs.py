@@ -23,7 +23,7 @@ def say(text):
     print(text, file=sys.stderr, flush=True)
 
 QUALITY = ("--quality", "--method", "--spp", "--pixel-error", "--accuracy", "--hemisphere", "--min-spacing",
-           "--max-spacing", "--grid-paths")
+           "--max-spacing", "--gap-spacing", "--grid-paths")
 
 
 def without(options, names):
