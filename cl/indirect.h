@@ -1,5 +1,5 @@
 // What a path carries on beyond the vertex where the caller leaves off: path traced, until the irradiance grid answers
-// (-D IR_GRID=1). A surface whose diffuse part the grid knows goes on with its glossy part alone.
+// (-D IR_GRID=1 or 2). A surface whose diffuse part the grid knows goes on with its glossy part alone.
 #ifndef IR_INDIRECT_H
 #define IR_INDIRECT_H
 #include "direct.h"
@@ -32,8 +32,8 @@ IR_FN bool grid_radiance(const SceneData* s, const Grid* grid, const Surface* f,
 #endif
 
 // Light that path->surface reflects to where the path came from, times the path's throughput. `edges`: as in path.h.
-// `ask`: the grid may answer for the first surface already. Its ray must be long for the cells; behind a diffuse surface
-// any length does: directions from there go everywhere, and their mean does not show what one cell smears.
+// `ask`: the grid may answer for the first surface already. Its ray must be long for the cells. IR_GRID=2: behind a diffuse
+// surface any length does. Directions from there go everywhere, and their mean hides most of what a cell smears.
 IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, uint edges, bool ask, Rng* rng,
                           RayCount* rays) {
     real3 sum = black();
@@ -42,7 +42,7 @@ IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, 
         const bool roulette = bounce >= IR_ROULETTE_START;
 #if IR_GRID
         real3 radiance;
-        const float distance = scattered ? IR_INFINITY : path.distance;
+        const float distance = IR_GRID == 2 && scattered ? IR_INFINITY : path.distance;
         if (ask && grid_radiance(s, grid, &path.surface, distance, rng, &radiance)) {
             sum += path.throughput * radiance;
             if (!known_vertex(s, &path, roulette, rng, rays, &sum)) break;

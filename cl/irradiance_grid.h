@@ -6,8 +6,8 @@
 //
 // What it errs by: cells average over their extent. So cells are small where many paths came by (the finest level with
 // enough samples answers), look-ups are spread over the neighbouring cells at random, and rays that are shorter than a
-// few cells go on as paths for one more bounce, behind which any length will do. The values themselves come from complete
-// paths: nothing compounds.
+// few cells go on as paths for one more bounce, behind which drafts take any length (IR_GRID=2). The values themselves
+// come from complete paths: nothing compounds.
 #ifndef IR_IRRADIANCE_GRID_H
 #define IR_IRRADIANCE_GRID_H
 #include "irradia/shared/grid_types.h"

@@ -61,6 +61,12 @@ IR_INLINE_FN HemisphereTotals load_totals(const IR_LOCAL float* store) {
     return s;
 }
 
+// Length of a gradient of irradiance, as small or large as radiance may be: squares of its components need not exist.
+IR_FN float gradient_length(real3 g) {
+    const float most = max(max(fabs(g.x), fabs(g.y)), fabs(g.z));
+    return most > 1e-37f && most < 1e37f ? most * length(g * (1.0f / most)) : most;
+}
+
 // ---- the record --------------------------------------------------------------------------------------------------
 
 // One channel of the value: e, and its gradients as world vectors; the translational one scaled so that extrapolation
@@ -70,7 +76,7 @@ IR_FN void make_channel(IR_GLOBAL RecordValue* v, uint channel, float e, real3 r
 #if IR_GRADIENT == 0
     rotation = translation = make_real3(0.0f, 0.0f, 0.0f);
 #endif
-    translation = translation * gradient_scale(support, e, length(translation));
+    translation = translation * gradient_scale(support, e, gradient_length(translation));
     v->e[channel] = e;
     v->rotation[3u * channel] = rotation.x;
     v->rotation[3u * channel + 1u] = rotation.y;
@@ -119,9 +125,9 @@ IR_ONCE_FN void make_record(const ShadingPoint* q, uint coat, const HemisphereTo
     const float gradient_reach = parameters.accuracy;
 #endif
 #if IR_GRADIENT_LIMIT
-    float limit = gradient_limited_radius(support2 / gradient_reach, e.x, length(move_r));
-    limit = gradient_limited_radius(limit, e.y, length(move_g));
-    limit = gradient_limited_radius(limit, e.z, length(move_b)) * gradient_reach;
+    float limit = gradient_limited_radius(support2 / gradient_reach, e.x, gradient_length(move_r));
+    limit = gradient_limited_radius(limit, e.y, gradient_length(move_g));
+    limit = gradient_limited_radius(limit, e.z, gradient_length(move_b)) * gradient_reach;
     support2 = min(support2, limit);
     support1 = min(support1, support2);
 #endif

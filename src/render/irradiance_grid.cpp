@@ -13,6 +13,9 @@ namespace {
 constexpr std::uint32_t paths_a_launch_cpu = 1u << 14, paths_a_launch_gpu = 1u << 20;
 constexpr float cells_a_diagonal = 256;  // finest cells; keys count to 509 along an axis
 constexpr float shortest_ray = 2;        // cells
+// Up to so many the grid answers behind diffuse surfaces at any distance (IR_GRID=2, cl/indirect.h). Pictures that want
+// more are to have less error than that adds.
+constexpr int paths_of_drafts = 1 << 17;
 // Estimates in a cell that answers. Where only few paths are wanted, cells with fewer answer: else most rays would go
 // on as paths, which costs more than it mends in pictures that coarse.
 std::uint32_t least_estimates(int paths) { return std::clamp(static_cast<std::uint32_t>(paths) / 2048u, 4u, 16u); }
@@ -160,10 +163,13 @@ void IrradianceGrid::state(Checkpoint& c) {
     exchange(c, run_.device, cells_, parameters_.slots * sizeof(shared::GridCell));
 }
 
-std::map<std::string, std::string> IrradianceGrid::defines() const { return {{"IR_GRID", on_ ? "1" : "0"}}; }
+std::map<std::string, std::string> IrradianceGrid::defines() const { return defines(on_); }
 
-std::map<std::string, std::string> IrradianceGrid::defines_to_come() const {
-    return {{"IR_GRID", wanted() ? "1" : "0"}};
+std::map<std::string, std::string> IrradianceGrid::defines_to_come() const { return defines(wanted()); }
+
+std::map<std::string, std::string> IrradianceGrid::defines(bool on) const {
+    const char* const asked = run_.settings.grid_paths <= paths_of_drafts ? "2" : "1";
+    return {{"IR_GRID", on ? asked : "0"}};
 }
 
 Kernel& IrradianceGrid::bind(Kernel& kernel) const { return kernel.arg(cells_).arg(parameters_); }

@@ -34,6 +34,7 @@ private:
     // False if a table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
     [[nodiscard]] bool wanted() const;
+    [[nodiscard]] std::map<std::string, std::string> defines(bool on) const;
     void make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells);
 
     Run& run_;
