@@ -13,10 +13,12 @@ typedef struct Cache {
     CacheParameters parameters;
 } Cache;
 
-#define IR_CACHE_ARGS                                                                                         \
+#define IR_OCTREE_ARGS                                                                                             \
     IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const uint *octree_packed, \
-        uint octree_mask, IR_GLOBAL const RecordKey *record_keys, IR_GLOBAL const RecordValue *record_values, \
-        CacheParameters cache_parameters
+        uint octree_mask
+#define IR_CACHE_ARGS                                                                                                    \
+    IR_OCTREE_ARGS, IR_GLOBAL const RecordKey *record_keys, IR_GLOBAL const RecordValue *record_values, CacheParameters \
+        cache_parameters
 #define IR_CACHE_INIT(c)               \
     Cache c;                           \
     c.octree.nodes = octree_nodes;     \

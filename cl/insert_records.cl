@@ -40,24 +40,13 @@ IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, u
     }
 }
 
-#define IR_CLAMP_ARGS                                                                                                   \
-    IR_GLOBAL const uint *octree_nodes, IR_GLOBAL const uint *octree_entries, IR_GLOBAL const uint *octree_packed,      \
-        uint octree_mask, IR_GLOBAL RecordKey *record_keys, CacheParameters cache_parameters,                           \
-        IR_GLOBAL const ShadingPoint *points, IR_GLOBAL const uint *stack, float slope
-#define IR_CLAMP_INIT(c)                \
-    Cache c;                            \
-    c.octree.nodes = octree_nodes;      \
-    c.octree.entries = octree_entries;  \
-    c.octree.packed = octree_packed;    \
-    c.octree.mask = octree_mask;        \
-    c.octree.keys = record_keys;        \
-    c.octree.values = 0;                \
-    c.parameters = cache_parameters
-
 // Of each new record, or of the old ones around it.
-IR_KERNEL void clamp_records(IR_CLAMP_ARGS, float min_spacing, uint limit_old, uint first_record, uint count) {
+IR_KERNEL void clamp_records(IR_OCTREE_ARGS, IR_GLOBAL RecordKey* record_keys, CacheParameters cache_parameters,
+                             IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
+                             float min_spacing, uint limit_old, uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
-    IR_CLAMP_INIT(c);
+    IR_GLOBAL const RecordValue* const record_values = 0;  // only keys matter
+    IR_CACHE_INIT(c);
     IR_GLOBAL const ShadingPoint* q = points + stack[IR_GLOBAL_ID];
     // Of a narrow place its neighbours may cover no more than is as near as what makes it narrow.
     const bool steep = limit_old != 0u && q->least > 0.0f;
