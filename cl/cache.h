@@ -56,7 +56,7 @@ IR_FN float record_weight(const CacheParameters* c, const IR_GLOBAL RecordKey* k
 // The records whose weight is positive at (p, n) of a surface with coat `coat`:
 //     RecordWalk walk = record_walk(&parameters, p, n, coat);
 //     record_look_ahead(&octree, &walk);  (if mostly all of them are wanted)
-//     while (record_next(&octree, &parameters, &walk)) ... walk.record, walk.weight
+//     while (record_next(&octree, &parameters, &walk)) if (walk.weight > 0) ... walk.record, walk.weight
 typedef struct RecordWalk {
     OctreeWalk octree;
     real3 p, n;
@@ -116,11 +116,11 @@ IR_FN bool record_next(const Octree* tree, const CacheParameters* c, RecordWalk*
     walk->weight = walk->weights[o->taken++];
     return true;
 #else
-    while (octree_next(tree, c, &walk->octree, &walk->record)) {
-        walk->weight = record_weight(c, &tree->keys[walk->record], walk->p, walk->n, walk->coat);
-        if (walk->weight > 0.0f) return true;
-    }
-    return false;
+    if (!octree_step(tree, c, &walk->octree, &walk->record)) return false;
+    walk->weight = walk->record == IR_NO_RECORD
+                       ? 0.0f
+                       : record_weight(c, &tree->keys[walk->record], walk->p, walk->n, walk->coat);
+    return true;
 #endif
 }
 
@@ -150,6 +150,7 @@ IR_ONCE_FN float cache_gather(const Cache* c, real3 p, real3 n, uint coat, real3
     RecordWalk walk = record_walk(&q, p, n, coat);
     record_look_ahead(&c->octree, &walk);
     while (record_next(&c->octree, &q, &walk)) {
+        if (!(walk.weight > 0.0f)) continue;
         weights += walk.weight;
         *sum += record_irradiance(&c->octree.values[walk.record], &c->octree.keys[walk.record], p, n) * walk.weight;
     }
@@ -164,6 +165,7 @@ IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat, float reach
     float weights = 0.0f;
     RecordWalk walk = record_walk(&q, p, n, coat);  // the first few mostly suffice
     while (record_next(&c->octree, &q, &walk)) {
+        if (!(walk.weight > 0.0f)) continue;
         const IR_GLOBAL RecordKey* key = &c->octree.keys[walk.record];
         if (key->support1 > 1.001f * (reach + length(p - make_real3(key->px, key->py, key->pz)))) continue;
         weights += walk.weight;

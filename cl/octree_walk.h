@@ -146,22 +146,31 @@ IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeW
     return true;
 }
 #else
-IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint* record) {
-    for (;;) {
-        if (walk->link != 0u) {
-            IR_GLOBAL const uint* entry = tree->entries + (size_t)2u * (walk->link - 1u);
-            *record = entry[0];
-            walk->link = entry[1];
-            return true;
-        }
-        while (walk->at < walk->end) {
-            IR_GLOBAL const uint* entry = tree->packed + (size_t)IR_PACKED_WORDS * walk->at++;
-            if (!packed_test(entry, &walk->query, &walk->place)) continue;
-            *record = entry[3];
-            return true;
-        }
-        if (!octree_descend(tree, cache, walk)) return false;
+#define IR_NO_RECORD 0xffffffffu
+
+// One entry further, or one node; *record: what is to be looked at, or IR_NO_RECORD. False at the end. GPUs look records up
+// by such steps: neighbouring work-items mostly ask the same nodes and meet their entries together. If each went on to
+// its own next record, all would wait every time for the one that has to go farthest.
+IR_FN bool octree_step(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint* record) {
+    *record = IR_NO_RECORD;
+    if (walk->link != 0u) {
+        IR_GLOBAL const uint* entry = tree->entries + (size_t)2u * (walk->link - 1u);
+        *record = entry[0];
+        walk->link = entry[1];
+        return true;
     }
+    if (walk->at < walk->end) {
+        const PackedEntry entry = ((IR_GLOBAL const PackedEntry*)tree->packed)[walk->at++];
+        if (packed_test(&entry, &walk->query, &walk->place)) *record = entry.record;
+        return true;
+    }
+    return octree_descend(tree, cache, walk);
+}
+
+IR_FN bool octree_next(const Octree* tree, const CacheParameters* cache, OctreeWalk* walk, uint* record) {
+    while (octree_step(tree, cache, walk, record))
+        if (*record != IR_NO_RECORD) return true;
+    return false;
 }
 #endif
 #endif

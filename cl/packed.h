@@ -82,8 +82,12 @@ IR_FN NodeQuery node_query(const PackedQuery* q, real3 lo, float scale) {
 #if IR_LANES == 8u
 #include "packed_cpu.h"
 #else
-IR_FN bool packed_test(IR_GLOBAL const uint* entry, const PackedQuery* q, const NodeQuery* s) {
-    const uint w0 = entry[0], w1 = entry[1], w2 = entry[2];
+typedef struct IR_ALIGNED_16 PackedEntry {
+    uint w0, w1, w2, record;
+} PackedEntry;
+
+IR_FN bool packed_test(const PackedEntry* entry, const PackedQuery* q, const NodeQuery* s) {
+    const uint w0 = entry->w0, w1 = entry->w1, w2 = entry->w2;
     if (((w2 ^ q->coat) & q->coat_mask) != 0u) return false;
     const float dx = (float)(w0 & 0xffffu) - s->p.x, dy = (float)(w0 >> 16) - s->p.y;
     const float dz = (float)(w1 & 0xffffu) - s->p.z, reach = (float)(w1 >> 16) * q->share + s->more;

@@ -229,6 +229,7 @@ IR_FN bool radiance_lookup(const RadianceCache* c, const Surface* f, real3 p, re
     RecordWalk walk = record_walk(&parameters, p, f->ns, 0u);
     record_look_ahead(&c->records.octree, &walk);
     while (record_next(&c->records.octree, &parameters, &walk)) {
+        if (!(walk.weight > 0.0f)) continue;
         const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
         const float w = walk.weight;
         const real3 delta = p - make_real3(key->px, key->py, key->pz);
@@ -264,6 +265,7 @@ IR_FN float radiance_spread(const RadianceCache* c, const Surface* f, float* lea
     RecordWalk walk = record_walk(&parameters, f->p, f->ns, 0u);
     record_look_ahead(&c->records.octree, &walk);
     while (count < IR_SPREAD_RECORDS && record_next(&c->records.octree, &parameters, &walk)) {
+        if (!(walk.weight > 0.0f)) continue;
         const IR_GLOBAL RecordKey* key = &c->records.octree.keys[walk.record];
         const float w = walk.weight;
         const real3 delta = f->p - make_real3(key->px, key->py, key->pz);
