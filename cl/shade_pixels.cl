@@ -1,11 +1,13 @@
 // Stage 4: every pixel with all its samples: direct light by next-event estimation, indirect light from the cache.
 // Samples of a tile that lie on one smooth patch share one look-up at their centroid (-D IR_SHARE_LOOKUPS=1): E is
-// linear over a pixel up to its second derivative, and the mean of a linear function is its value at the mean.
+// linear over a pixel up to its second derivative, and the mean of a linear function is its value at the mean. Where a
+// tile is one sample, patches stay open for those that follow (open_patch.h).
 // A patch that no record reaches stays without indirect light; the first such place of a pixel is pushed to `points`, and
 // the host has a record made there and the pixel shaded anew. What is seen through mirrors and glass, whose curvature
 // may scatter a pixel's samples over the scene, takes a sample of its irradiance instead, and so does everything once
 // requests are off.
 #include "cache.h"
+#include "open_patch.h"
 #include "point_list.h"
 #include "shade.h"
 #if IR_LOBES
@@ -31,15 +33,12 @@ IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, float pixe
     patch.centroid = first->p;
     patch.weight_sum = samples[i].weight;
 #if IR_SHARE_LOOKUPS
-    // Same normal within a degree, same tangent plane within a twentieth of a pixel, a few pixels apart at most.
     uint members = 1u;
     for (uint j = i + 1u; j < count; ++j) {
         const Surface* other = &samples[j].surface;
-        if (((*done >> j) & 1u) || !wants_lookup(&samples[j]) || dot(first->ns, other->ns) < 0.99985f ||
-            coat_of(first) != coat_of(other))
+        if (((*done >> j) & 1u) || !wants_lookup(&samples[j]) ||
+            !on_patch(first->p, first->ns, coat_of(first), pixel_width, other))
             continue;
-        const real3 apart = other->p - first->p;
-        if (fabs(dot(first->ns, apart)) > 0.05f * pixel_width || length(apart) > 20.0f * pixel_width) continue;
         patch.weight_sum += samples[j].weight;
         patch.centroid += other->p;
         ++members;
@@ -102,12 +101,21 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
     LobeMemo memo;
     memo.count = 0u;
 #endif
+#if IR_OPEN_PATCHES
+    OpenPatches open;
+    open.count = 0u;
+#endif
     for (uint i = 0; i < sample_count; i += IR_TILE) {
         TileSample samples[IR_TILE];
         const uint first = first_sample + i, count = min((uint)IR_TILE, sample_count - i);
         shade_tile(s, grid, caches, pixel, first, count, edges, seed, (flags & IR_SHADE_KNOWN_DIRECT) != 0u, &sum, samples,
                    &rays);
         if (edges < 2u) continue;
+#if IR_OPEN_PATCHES
+        // What is seen through mirrors and glass, or takes samples, asks at once.
+        if (wants_lookup(&samples[0]) && requests && !samples[0].behind && patch_take(&open, s, &samples[0], pixel))
+            samples[0].weight = black();
+#endif
         Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);
         uint uncovered;
         sum.indirect += indirect_tile(s, cache, grid, samples, count, requests, edges_left(edges, 1u), &rng,
@@ -128,6 +136,15 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
         }
 #endif
     }
+#if IR_OPEN_PATCHES
+    for (uint i = 0; i < open.count; ++i) {
+        bool found;
+        sum.indirect += patch_radiance(cache, &open.patches[i], &found);
+        if (found || missed) continue;
+        push_point(points, &open.patches[i].first);
+        missed = true;
+    }
+#endif
     if (missed || lobe_missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
     pixel_store(&sum, film, slot);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
