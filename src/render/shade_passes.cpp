@@ -4,6 +4,7 @@
 
 #include "render/caching.h"
 #include "render/carried_records.h"
+#include "render/shared_order.h"
 
 namespace irradia {
 namespace {
@@ -122,8 +123,10 @@ void CachingRenderer::Caching::sweep(Film& film) {
     if (!requests && (run_.scene.features & IR_FEATURE_BSDFS) == 0) defines["IR_NO_REQUESTS"] = "1";
     for (; s.first < s.pixels.size(); s.first += chunk_) {
         const auto end = std::min<std::uint64_t>(s.pixels.size(), s.first + chunk_);
-        const std::vector<std::uint32_t> part(s.pixels.begin() + static_cast<std::ptrdiff_t>(s.first),
-                                              s.pixels.begin() + static_cast<std::ptrdiff_t>(end));
+        const std::span<const std::uint32_t> pixels(s.pixels.data() + s.first, end - s.first);
+        const std::vector<std::uint32_t> part = run_.device.cpu_traversal()
+                                                    ? shared_order(pixels, run_.device.pixel_group())
+                                                    : std::vector<std::uint32_t>(pixels.begin(), pixels.end());
         const Buffer list = run_.device.upload(part);
         while (s.sample < s.end) {
             run_.rest();
