@@ -5,6 +5,9 @@
 #ifndef IR_DIRECT_H
 #define IR_DIRECT_H
 #include "path.h"
+#if IR_LANES == 8u
+#include "light_cpu.h"
+#endif
 
 #ifndef IR_DIRECT_MIS
 #define IR_DIRECT_MIS 0
@@ -24,6 +27,31 @@ IR_FN bool known_vertex(const SceneData* s, PathState* path, const bool roulette
     return mis && path_bounce(s, path, true, roulette, rng, rays, sum);
 }
 
+// A light sample for each of the surfaces of paths[i], i < count, by random numbers u[i], v[i].
+IR_FN void sample_light_tile(const SceneData* s, const PathState* paths, uint count, const float* u, const float* v,
+                             LightSample* samples) {
+#if IR_LANES == 8u && !(IR_FEATURES & IR_FEATURE_TEXTURED_LIGHTS)
+    if (s->info->light_count == 1u && s->lights[0].kind == IR_LIGHT_QUAD) {
+        const RectangleLight light = rectangle_light(&s->lights[0]);
+        for (uint i = 0; i < count; i += IR_LANES) {
+            float x[IR_LANES], y[IR_LANES], z[IR_LANES], a[IR_LANES], b[IR_LANES];
+            for (uint j = 0; j < IR_LANES; ++j) {
+                const uint k = min(i + j, count - 1u);
+                const real3 p = paths[k].surface.p;
+                x[j] = p.x;
+                y[j] = p.y;
+                z[j] = p.z;
+                a[j] = u[k];
+                b[j] = v[k];
+            }
+            sample_rectangle(&light, x, y, z, a, b, min(IR_LANES, count - i), samples + i);
+        }
+        return;
+    }
+#endif
+    for (uint i = 0; i < count; ++i) samples[i] = sample_light(s, paths[i].surface.p, paths[i].surface.ns, u[i], v[i]);
+}
+
 // The same for paths[i], i < count, whose light samples take random numbers u[i], v[i] and whose BSDF samples the random
 // numbers (seed, stream, indices[i]). direct[i]: the direct light; bit i of the result: its glossy part goes on. `known`:
 // direct light is known already, and only the glossy parts' way is wanted.
@@ -31,11 +59,13 @@ IR_ONCE_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, co
                             uint stream, const uint* indices, const bool known, real3* direct, RayCount* rays) {
     float ox[IR_TILE], oy[IR_TILE], oz[IR_TILE], dx[IR_TILE], dy[IR_TILE], dz[IR_TILE], t_max[IR_TILE];
     uint lane[IR_TILE], used = 0u, on = 0u;
+    LightSample lights[IR_TILE];
+    if (!known) sample_light_tile(s, paths, count, u, v, lights);
     for (uint i = 0; i < count; ++i) {
         const Surface* f = &paths[i].surface;
         direct[i] = black();
         if (known) continue;
-        const LightSample l = sample_light(s, f->p, f->ns, u[i], v[i]);
+        const LightSample l = lights[i];
         direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, wants_bsdf_sample(f));
         if (is_zero(direct[i])) continue;
         const real3 origin = leave_surface(f, l.direction);

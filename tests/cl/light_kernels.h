@@ -59,6 +59,26 @@ public:
         }
         return all;
     }
+    struct TileQuestion {
+        Vec p, n;
+        std::array<float, 2> uv;
+    };
+    /// Of each receiver a sample made together with others, and one made alone.
+    std::vector<std::array<Sample, 2>> tile_samples(const std::vector<TileQuestion>& questions) {
+        std::vector<float> in;
+        for (const TileQuestion& q : questions) {
+            add(in, q.p);
+            add(in, q.n);
+            in.insert(in.end(), q.uv.begin(), q.uv.end());
+        }
+        const std::vector<float> out = run("test_light_tile", in, questions.size(), 20, "light_tile_test.cl");
+        std::vector<std::array<Sample, 2>> all(questions.size());
+        for (std::size_t i = 0; i < 2 * questions.size(); ++i) {
+            const float* a = out.data() + 10 * i;
+            all[i / 2][i % 2] = {{a[0], a[1], a[2]}, a[3], {a[4], a[5], a[6]}, a[7], a[8], a[9] != 0, 0, 0};
+        }
+        return all;
+    }
     std::vector<Environment> environment(const std::vector<Vec>& directions, const Vec& n) {
         std::vector<float> in;
         for (const Vec& d : directions) {
@@ -107,12 +127,13 @@ private:
         put(s.materials), put(s.textures), put(s.texels), put(s.lights), put(std::vector<shared::SceneInfo>{s.info});
         return b;
     }
-    std::vector<float> run(const char* name, const std::vector<float>& in, std::size_t count, std::size_t outputs) {
+    std::vector<float> run(const char* name, const std::vector<float>& in, std::size_t count, std::size_t outputs,
+                           const char* file = "light_test.cl") {
         Device& d = device();
         std::vector<float> out(count * outputs);
         const Buffer from = d.upload(in);
         Buffer to = d.upload(out);
-        Kernel kernel = d.kernel("light_test.cl", name, {{"IR_FEATURES", std::to_string(features_) + "u"}});
+        Kernel kernel = d.kernel(file, name, {{"IR_FEATURES", std::to_string(features_) + "u"}});
         for (const Buffer& b : buffers_) kernel.arg(b);
         kernel.arg(from).arg(to).arg(static_cast<std::uint32_t>(count)).run((count + 63) / 64, 64);
         d.read(to, out.data(), out.size() * sizeof(float));
