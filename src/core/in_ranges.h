@@ -1,12 +1,13 @@
-// Loops over large arrays on several threads, with plain threads: the minimal build has no library for them.
+// Loops over large arrays on several threads, plain ones (worker_pool.h): the minimal build has no library for them.
 #pragma once
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <memory>
-#include <thread>
 #include <utility>
 #include <vector>
+
+#include "core/worker_pool.h"
 
 namespace irradia {
 
@@ -26,10 +27,11 @@ void in_ranges(int threads, std::size_t count, const F& f) {
         for (std::size_t r = next++; r < ranges; r = next++)
             f(r, r * range_elements, std::min(count, (r + 1) * range_elements));
     };
-    std::vector<std::jthread> helpers;
     const std::size_t most = std::min<std::size_t>(ranges, static_cast<std::size_t>(std::max(threads, 1)));
-    while (helpers.size() + 1 < most) helpers.emplace_back(work);
-    work();
+    if (most > 1)
+        WorkerPool::shared().run(most - 1, work);
+    else
+        work();
 }
 
 /// Leaves elements that resize() adds as they are: the thread that first writes them gets their pages.

@@ -1,0 +1,62 @@
+#include "core/worker_pool.h"
+
+namespace irradia {
+namespace {
+thread_local bool inside = false;  // this thread is in a pool's work already
+}
+
+WorkerPool::~WorkerPool() {
+    {
+        const std::lock_guard lock(state_);
+        ended_ = true;
+    }
+    wake_.notify_all();
+    for (std::thread& t : threads_) t.join();
+}
+
+WorkerPool& WorkerPool::shared() {
+    static WorkerPool pool;
+    return pool;
+}
+
+void WorkerPool::run(std::size_t helpers, const std::function<void()>& work) {
+    std::unique_lock alone(running_, std::defer_lock);
+    if (helpers == 0 || inside || !alone.try_lock()) {
+        work();
+        return;
+    }
+    {
+        const std::lock_guard lock(state_);
+        while (threads_.size() < helpers) threads_.emplace_back([this] { help(); });
+        work_ = &work;
+        wanted_ = helpers;
+    }
+    if (helpers < threads_.size())
+        for (std::size_t i = 0; i < helpers; ++i) wake_.notify_one();
+    else
+        wake_.notify_all();
+    inside = true;
+    work();
+    inside = false;
+    std::unique_lock lock(state_);
+    wanted_ = 0;  // whoever wakes only now has nothing to do
+    done_.wait(lock, [this] { return active_ == 0; });
+}
+
+void WorkerPool::help() {
+    inside = true;
+    std::unique_lock lock(state_);
+    for (;;) {
+        wake_.wait(lock, [this] { return ended_ || wanted_ > 0; });
+        if (ended_) return;
+        --wanted_;
+        ++active_;
+        const std::function<void()>& work = *work_;
+        lock.unlock();
+        work();
+        lock.lock();
+        if (--active_ == 0) done_.notify_one();
+    }
+}
+
+}  // namespace irradia
