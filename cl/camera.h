@@ -2,6 +2,7 @@
 // sample is splatted, and a pixel's estimate depends on that pixel alone.
 #ifndef IR_CAMERA_H
 #define IR_CAMERA_H
+#include "lanes.h"
 #include "scene.h"
 
 typedef struct CameraRay {
@@ -54,23 +55,43 @@ IR_FN float filter_offset(const IR_GLOBAL SceneInfo* info, float u, float lo, fl
     return a + u * (b - a);
 }
 
-// Ray through the film position (fx, fy) in pixels.
-IR_FN CameraRay camera_ray_at(const IR_GLOBAL SceneInfo* info, float fx, float fy) {
+// Film position, along one axis, of number u in [0, 1) of pixel p of `size`.
+IR_FN float film_position(const IR_GLOBAL SceneInfo* info, uint p, uint size, float u) {
+    const float centre = (float)p + 0.5f;
+    return centre + filter_offset(info, u, -centre, (float)size - centre);
+}
+
+// Rays through the film positions (fx, fy) in pixels.
+typedef struct CameraRays {
+    LaneVector direction;  // unit
+    lanes t_min, t_max;
+} CameraRays;
+
+IR_FN CameraRays camera_rays_at(const IR_GLOBAL SceneInfo* info, lanes fx, lanes fy) {
     const IR_GLOBAL Camera* c = &info->camera;
-    const float x = fx / (float)info->width, y = fy / (float)info->height;
+    const lanes x = fx / (float)info->width, y = fy / (float)info->height;
+    CameraRays rays;
+    rays.direction = make_lane_vector(c->cornerx + x * c->dxx + y * c->dyx, c->cornery + x * c->dxy + y * c->dyy,
+                                      c->cornerz + x * c->dxz + y * c->dyz);
+    rays.direction = lanes_scaled(rays.direction, rsqrt(lanes_dot(rays.direction, rays.direction)));
+    const lanes cosine = max(lanes_dot3(rays.direction, make_real3(c->forwardx, c->forwardy, c->forwardz)), 1e-6f);
+    rays.t_min = c->near_clip / cosine;
+    rays.t_max = c->far_clip / cosine;
+    return rays;
+}
+
+IR_FN CameraRay camera_ray_at(const IR_GLOBAL SceneInfo* info, float fx, float fy) {
+    const CameraRays rays = camera_rays_at(info, lanes_of(fx), lanes_of(fy));
     CameraRay ray;
-    ray.direction = normalize(make_real3(c->cornerx + x * c->dxx + y * c->dyx, c->cornery + x * c->dxy + y * c->dyy,
-                                         c->cornerz + x * c->dxz + y * c->dyz));
-    const float cosine = max(dot(ray.direction, make_real3(c->forwardx, c->forwardy, c->forwardz)), 1e-6f);
-    ray.t_min = c->near_clip / cosine;
-    ray.t_max = c->far_clip / cosine;
+    ray.direction =
+        make_real3(lanes_first(rays.direction.x), lanes_first(rays.direction.y), lanes_first(rays.direction.z));
+    ray.t_min = lanes_first(rays.t_min);
+    ray.t_max = lanes_first(rays.t_max);
     return ray;
 }
 
 IR_FN CameraRay camera_ray(const IR_GLOBAL SceneInfo* info, uint px, uint py, float u, float v) {
-    const float cx = (float)px + 0.5f, cy = (float)py + 0.5f;
-    return camera_ray_at(info, cx + filter_offset(info, u, -cx, (float)info->width - cx),
-                         cy + filter_offset(info, v, -cy, (float)info->height - cy));
+    return camera_ray_at(info, film_position(info, px, info->width, u), film_position(info, py, info->height, v));
 }
 
 IR_FN real3 camera_origin(const IR_GLOBAL SceneInfo* info) {
@@ -118,9 +139,8 @@ IR_FN CameraRay lens_ray_at(const IR_GLOBAL SceneInfo* info, float fx, float fy,
 
 IR_FN CameraRay lens_ray(const IR_GLOBAL SceneInfo* info, uint px, uint py, float u, float v, float lens_u,
                          float lens_v, real3* origin) {
-    const float cx = (float)px + 0.5f, cy = (float)py + 0.5f;
-    return lens_ray_at(info, cx + filter_offset(info, u, -cx, (float)info->width - cx),
-                       cy + filter_offset(info, v, -cy, (float)info->height - cy), lens_u, lens_v, origin);
+    return lens_ray_at(info, film_position(info, px, info->width, u), film_position(info, py, info->height, v),
+                       lens_u, lens_v, origin);
 }
 #endif
 #endif

@@ -23,25 +23,41 @@ IR_FN real3 tile_origin(const CameraTile* t, uint i) { return make_real3(t->ox[i
 IR_FN real3 tile_origin(const CameraTile* t, uint i) { return t->origin; }
 #endif
 
-// Ray i of the tile, by film numbers u, v in [0, 1); the lens's come from rng.
-IR_FN void tile_ray(const SceneData* s, uint pixel, uint i, float u, float v, Rng* rng, CameraTile* t) {
-    const uint x = pixel % s->info->width, y = pixel / s->info->width;
+// The tile's first `count` rays, of film numbers u[i], v[i] in [0, 1); the lens's come from rng.
+IR_FN void tile_rays(const SceneData* s, uint pixel, uint count, const float* u, const float* v, Rng* rng, CameraTile* t) {
+    const IR_GLOBAL SceneInfo* info = s->info;
+    const uint px = pixel % info->width, py = pixel / info->width;
+    t->t_min = 0.0f;
 #if IR_FEATURES & IR_FEATURE_THIN_LENS
-    real3 origin;
-    const float lens_u = rng_real(rng), lens_v = rng_real(rng);
-    const CameraRay ray = lens_ray(s->info, x, y, u, v, lens_u, lens_v, &origin);
-    t->ox[i] = origin.x;
-    t->oy[i] = origin.y;
-    t->oz[i] = origin.z;
+    for (uint i = 0; i < count; ++i) {
+        real3 origin;
+        const float lens_u = rng_real(rng), lens_v = rng_real(rng);
+        const CameraRay ray = lens_ray(info, px, py, u[i], v[i], lens_u, lens_v, &origin);
+        t->ox[i] = origin.x;
+        t->oy[i] = origin.y;
+        t->oz[i] = origin.z;
+        t->dx[i] = ray.direction.x;
+        t->dy[i] = ray.direction.y;
+        t->dz[i] = ray.direction.z;
+        t->t_max[i] = ray.t_max;
+        t->t_min = max(t->t_min, ray.t_min);
+    }
 #else
-    const CameraRay ray = camera_ray(s->info, x, y, u, v);
-    t->origin = camera_origin(s->info);
+    t->origin = camera_origin(info);
+    float fx[IR_TILE], fy[IR_TILE];
+    for (uint i = 0; i < IR_TILE; ++i) {
+        fx[i] = film_position(info, px, info->width, u[min(i, count - 1u)]);
+        fy[i] = film_position(info, py, info->height, v[min(i, count - 1u)]);
+    }
+    for (uint i = 0; i < count; i += IR_LANES) {
+        const CameraRays rays = camera_rays_at(info, lanes_load(fx, i), lanes_load(fy, i));
+        lanes_store(rays.direction.x, t->dx, i);
+        lanes_store(rays.direction.y, t->dy, i);
+        lanes_store(rays.direction.z, t->dz, i);
+        lanes_store(rays.t_max, t->t_max, i);
+        t->t_min = max(t->t_min, lanes_max(rays.t_min));
+    }
 #endif
-    t->dx[i] = ray.direction.x;
-    t->dy[i] = ray.direction.y;
-    t->dz[i] = ray.direction.z;
-    t->t_max[i] = ray.t_max;
-    t->t_min = i == 0u ? ray.t_min : max(t->t_min, ray.t_min);
 }
 
 // Traces the first `count` rays, past masks; beyond the far clip plane there is nothing.

@@ -10,10 +10,15 @@
 #define IR_LANES 8u
 typedef float8 lanes;
 typedef int8 lanes_mask;
+typedef uint8 lanes_uint;
 typedef struct LaneVector {
     lanes x, y, z;
 } LaneVector;
 #define lanes_load(p, i) vload8(0, (p) + (i))
+#define lanes_store(v, p, i) vstore8(v, 0, (p) + (i))
+#define lanes_first(v) ((v).s0)
+#define lanes_of_uint(x) convert_float8(as_int8(x))  // x < 2^31
+#define lanes_numbers() ((uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u))
 #define lanes_select(no, yes, test) select((lanes)(no), (lanes)(yes), (test))
 #define lanes_all(test) all(test)
 #define lanes_of(x) ((float8)(x))
@@ -43,12 +48,22 @@ IR_FN float lanes_min(lanes v) {
     const float2 b = min(a.lo, a.hi);
     return min(b.x, b.y);
 }
+IR_FN float lanes_max(lanes v) {
+    const float4 a = max(v.lo, v.hi);
+    const float2 b = max(a.lo, a.hi);
+    return max(b.x, b.y);
+}
 #else
 #define IR_LANES 1u
 typedef real lanes;
 typedef bool lanes_mask;
+typedef uint lanes_uint;
 typedef real3 LaneVector;
 #define lanes_load(p, i) ((p)[i])
+#define lanes_store(v, p, i) ((p)[i] = (v))
+#define lanes_first(v) (v)
+#define lanes_of_uint(x) ((real)(x))
+#define lanes_numbers() 0u
 #define lanes_select(no, yes, test) ((test) ? (yes) : (no))
 #define lanes_all(test) (test)
 #define lanes_of(x) (x)
@@ -58,6 +73,7 @@ typedef real3 LaneVector;
 #define lanes_shift_in(first, v) (first)
 #define lanes_sum(v) (v)
 #define lanes_min(v) (v)
+#define lanes_max(v) (v)
 #endif
 
 IR_FN lanes lanes_dot(LaneVector a, LaneVector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }

@@ -43,16 +43,17 @@ IR_KERNEL void probe_pixels(IR_SCENE_ARGS, IR_GLOBAL const uint* pixels, IR_GLOB
         CameraTile tile;
         ProbeNumbers numbers[IR_TILE];
         Rng rng = rng_make(set, probe, first);
+        float film_u[IR_TILE], film_v[IR_TILE];
         for (uint i = 0; i < tile_count; ++i) {
             float u[4];
             sobol4(first + i, set, u);
-            tile_ray(&s, pixel, i, u[0], u[1], &rng, &tile);
+            film_u[i] = u[0];
+            film_v[i] = u[1];
             numbers[i].light_u = u[2];
             numbers[i].light_v = u[3];
-            // Sobol's points in another order (Burley 2020): dimensions of their own.
-            const uint shuffled = reverse_bits(owen_scramble_reversed(reverse_bits(first + i), hash_uint(~set)));
-            sobol4(shuffled, hash_uint(set ^ 0x62736466u), numbers[i].bsdf);
+            sobol4(sobol_shuffle(first + i, set), hash_uint(set ^ 0x62736466u), numbers[i].bsdf);
         }
+        tile_rays(&s, pixel, tile_count, film_u, film_v, &rng, &tile);
         trace_camera_tile(&s, tile_count, &rng, &tile);
         for (uint i = 0; i < tile_count; ++i) {
             const real3 direction = tile_direction(&tile, i);

@@ -7,13 +7,6 @@ IR_FN void write_vector(IR_GLOBAL float* at, real3 v) {
     at[1] = v.y;
     at[2] = v.z;
 }
-IR_FN void lanes_store(IR_GLOBAL float* at, lanes v) {
-#ifdef IR_CPU
-    vstore8(v, 0, at);
-#else
-    *at = v;
-#endif
-}
 
 // A flat surface of a material. q: material, roughness, position, unit normal, unit direction of the view.
 #define IR_QUESTION 11u
@@ -48,8 +41,8 @@ IR_KERNEL void test_lobe_weights(IR_GLOBAL const Material* materials, IR_GLOBAL 
         v.y = lanes_load(w, 8u + k);
         v.z = lanes_load(w, 16u + k);
         lanes schlick;
-        lanes_store(a + k, lobe_weights(&lobe, v, lanes_dot3(v, lobe.n), &schlick));
-        lanes_store(a + 8u + k, schlick);
+        lanes_store(lobe_weights(&lobe, v, lanes_dot3(v, lobe.n), &schlick), a, k);
+        lanes_store(schlick, a, 8u + k);
     }
     const Frame frame = make_frame(f.ns);
     for (uint k = 0; k < 8u; ++k) {

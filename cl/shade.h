@@ -41,13 +41,16 @@ IR_FN void tile_samples(const SceneData* s, uint pixel, uint first, uint count, 
                         float* light_u, float* light_v) {
     const uint pixel_seed = hash_uint(pixel ^ hash_uint(seed));
     Rng rng = rng_make(seed ^ 0x6c656e73u, pixel, first);
-    for (uint i = 0; i < count; ++i) {
-        float u[4];
-        sobol4(first + i, pixel_seed, u);
-        tile_ray(s, pixel, i, u[0], u[1], &rng, tile);
-        light_u[i] = u[2];
-        light_v[i] = u[3];
+    float u[IR_TILE], v[IR_TILE];
+    for (uint i = 0; i < count; i += IR_LANES) {
+        lanes x[4];
+        sobol4_lanes(first + i, pixel_seed, x);
+        lanes_store(x[0], u, i);
+        lanes_store(x[1], v, i);
+        lanes_store(x[2], light_u, i);
+        lanes_store(x[3], light_v, i);
     }
+    tile_rays(s, pixel, count, u, v, &rng, tile);
     trace_camera_tile(s, count, &rng, tile);
 }
 

@@ -2,6 +2,7 @@
 // scrambling" (JCGT 2020), with Vegdahl's constants. Direction numbers: Joe and Kuo, stored bit-reversed.
 #ifndef IR_SOBOL_H
 #define IR_SOBOL_H
+#include "lanes.h"
 #include "random.h"
 
 IR_CONSTANT uint sobol_directions[3][32] = {
@@ -19,7 +20,7 @@ IR_CONSTANT uint sobol_directions[3][32] = {
      0x0100011au, 0x030002a7u, 0x0400079eu, 0x0a000b6du, 0x1f001001u, 0x2e003003u, 0x45004004u, 0xc900a00au}};
 
 // Nested uniform scramble of a bit-reversed number (Laine and Karras' hash).
-IR_FN uint owen_scramble_reversed(uint x, uint seed) {
+IR_FN lanes_uint owen_scramble_reversed(lanes_uint x, uint seed) {
     x ^= x * 0x3d20adeau;
     x += seed;
     x *= (seed >> 16) | 1u;
@@ -28,7 +29,7 @@ IR_FN uint owen_scramble_reversed(uint x, uint seed) {
     return x;
 }
 
-IR_FN uint reverse_bits(uint x) {
+IR_FN lanes_uint reverse_bits(lanes_uint x) {
     x = (x << 16) | (x >> 16);
     x = ((x & 0x00ff00ffu) << 8) | ((x & 0xff00ff00u) >> 8);
     x = ((x & 0x0f0f0f0fu) << 4) | ((x & 0xf0f0f0f0u) >> 4);
@@ -36,19 +37,39 @@ IR_FN uint reverse_bits(uint x) {
     return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
 }
 
-// Point `index` of the sequence scrambled by `seed` (one seed a pixel): four numbers in [0,1).
-IR_FN void sobol4(uint index, uint seed, real* x) {
-    uint r1 = 0, r2 = 0, r3 = 0;
-    uint bits = index;
-    for (uint b = 0; bits != 0; ++b, bits >>= 1) {
-        const uint mask = 0u - (bits & 1u);
+// One number of [0,1) (uint_to_unit) a lane.
+IR_FN lanes scrambled_number(lanes_uint x, uint seed) {
+    return lanes_of_uint(reverse_bits(owen_scramble_reversed(x, hash_uint(seed))) >> 8) * R(5.9604644775390625e-8);
+}
+
+// Points first, first + 1, ... of the sequence scrambled by `seed` (one seed a pixel), one a lane: four numbers in [0,1)
+// each.
+IR_FN void sobol4_lanes(uint first, uint seed, lanes* x) {
+    const lanes_uint index = first + lanes_numbers();
+    lanes_uint r1 = index ^ index, r2 = r1, r3 = r1;
+    uint last = first + IR_LANES - 1u;
+    for (uint b = 0; last != 0u; ++b, last >>= 1) {
+        const lanes_uint mask = 0u - ((index >> b) & 1u);
         r1 ^= sobol_directions[0][b] & mask;
         r2 ^= sobol_directions[1][b] & mask;
         r3 ^= sobol_directions[2][b] & mask;
     }
-    x[0] = uint_to_unit(reverse_bits(owen_scramble_reversed(index, hash_uint(seed))));
-    x[1] = uint_to_unit(reverse_bits(owen_scramble_reversed(r1, hash_uint(seed + 0x9e3779b9u))));
-    x[2] = uint_to_unit(reverse_bits(owen_scramble_reversed(r2, hash_uint(seed + 0x3c6ef372u))));
-    x[3] = uint_to_unit(reverse_bits(owen_scramble_reversed(r3, hash_uint(seed + 0xdaa66d2bu))));
+    x[0] = scrambled_number(index, seed);
+    x[1] = scrambled_number(r1, seed + 0x9e3779b9u);
+    x[2] = scrambled_number(r2, seed + 0x3c6ef372u);
+    x[3] = scrambled_number(r3, seed + 0xdaa66d2bu);
+}
+
+// The index of point `index` in another order of the same points (Burley 2020): what is drawn by it has dimensions of
+// its own.
+IR_FN uint sobol_shuffle(uint index, uint seed) {
+    return lanes_first(reverse_bits(owen_scramble_reversed(reverse_bits((lanes_uint)(index)), hash_uint(~seed))));
+}
+
+// Point `index`.
+IR_FN void sobol4(uint index, uint seed, real* x) {
+    lanes all[4];
+    sobol4_lanes(index, seed, all);
+    for (uint i = 0; i < 4u; ++i) x[i] = lanes_first(all[i]);
 }
 #endif

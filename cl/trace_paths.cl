@@ -9,11 +9,13 @@ IR_ONCE_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint
                                 PixelSum* sum, RayCount* rays) {
     CameraTile tile;
     Rng tile_rng = rng_make(seed ^ 0x6c656e73u, pixel, first);
+    float u[IR_TILE], v[IR_TILE];
     for (uint i = 0; i < count; ++i) {
         Rng rng = rng_make(seed, pixel, first + i);
-        const float u = rng_real(&rng), v = rng_real(&rng);
-        tile_ray(s, pixel, i, u, v, &tile_rng, &tile);
+        u[i] = rng_real(&rng);
+        v[i] = rng_real(&rng);
     }
+    tile_rays(s, pixel, count, u, v, &tile_rng, &tile);
     trace_camera_tile(s, count, &tile_rng, &tile);
     for (uint i = 0; i < count; ++i) {
         const real3 direction = tile_direction(&tile, i);
