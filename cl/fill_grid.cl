@@ -17,8 +17,9 @@ typedef struct GridVertex {
 } GridVertex;
 
 // Traces a path from surface f; returns the number of its vertices. *tail: radiance that the surface behind the last
-// vertex reflects to it.
-IR_ONCE_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* vertices, real3* tail, RayCount* rays) {
+// vertex reflects to it. The vertices' cells are sent for on the way: waiting for them took a third of a deposit.
+IR_ONCE_FN uint grid_path(const SceneData* s, IR_GLOBAL const GridSum* sums, const GridParameters* grid, Surface f,
+                          Rng* rng, GridVertex* vertices, real3* tail, RayCount* rays) {
     *tail = black();
     PathState path = path_from(f, 0.0f);
     for (uint k = 0; reflects(&path.surface); ++k) {
@@ -32,6 +33,7 @@ IR_ONCE_FN uint grid_path(const SceneData* s, Surface f, Rng* rng, GridVertex* v
         v->n = f.ns;
         v->direct = v->weight = black();
         v->cosine = is_diffuse(&f) ? 0.0f : -1.0f;
+        if (is_diffuse(&f)) grid_expect(grid, sums, f.p, f.ns);
         if (!is_specular(&f)) {
             const float u0 = rng_real(rng), u1 = rng_real(rng);
             v->direct = next_event(s, &f, u0, u1, true, rays);
@@ -83,7 +85,7 @@ IR_ONCE_FN void fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const 
     real3 arrives;  // at vertex k from what lies behind it
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
-    const uint count = grid_path(s, f, &rng, path, &arrives, &rays);
+    const uint count = grid_path(s, sums, grid, f, &rng, path, &arrives, &rays);
     for (uint k = count; k-- > 0u;) {
         const GridVertex v = path[k];
         if (v.cosine >= 0.0f) grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, taken, overflow);

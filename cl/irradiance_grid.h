@@ -129,7 +129,10 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
 IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, volatile IR_GLOBAL uint* taken) {
     uint slot = hash_uint(key) & (slots - 1u);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
-        const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
+        uint found = table[slot * words];
+        if (found == key) return slot;
+        if (found != 0u) continue;  // keys stay as they are
+        found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
         if (found == 0u && taken != 0) taken[1u + IR_ATOMIC_ADD(&taken[0], 1u)] = slot;
         if (found == 0u || found == key) return slot;
     }
@@ -151,6 +154,11 @@ IR_FN void add_units(volatile IR_GLOBAL uint* word, float units) {
 }
 
 IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f + (float)low; }
+
+// Sends for the slot that an estimate at (p, n) will most likely be added to.
+IR_FN void grid_expect(const GridParameters* g, IR_GLOBAL const GridSum* sums, real3 p, real3 n) {
+    IR_PREFETCH(&sums[hash_uint(grid_key(g, 0u, p, n)) & (g->slots - 1u)]);
+}
 
 // One estimate of irradiance at (p, n). Sets *overflow if the table is full.
 IR_ONCE_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n,
