@@ -129,10 +129,7 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
 IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, volatile IR_GLOBAL uint* taken) {
     uint slot = hash_uint(key) & (slots - 1u);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
-        uint found = table[slot * words];
-        if (found == key) return slot;
-        if (found != 0u) continue;  // keys stay as they are
-        found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
+        const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
         if (found == 0u && taken != 0) taken[1u + IR_ATOMIC_ADD(&taken[0], 1u)] = slot;
         if (found == 0u || found == key) return slot;
     }

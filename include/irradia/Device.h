@@ -30,7 +30,7 @@ struct DeviceOptions {
     std::uint64_t memory_limit = 0;  ///< bytes that this process may take: on a CPU device, buffers that would pass it
                                      ///< are refused; 0 = none
     std::string compiler{};          ///< executable that, started with kCompileForParent, calls compile_for_parent():
-                             ///< Device::expect has it compile kernels; "" = all are compiled in this process
+                                     ///< Device::expect has it compile kernels; "" = all are compiled in this process
 };
 
 /// The only argument of a process that shall call compile_for_parent() as the first thing it does. Ends the process;
@@ -123,6 +123,13 @@ public:
     Buffer upload(const std::vector<T>& v) {
         return upload(v.data(), v.size() * sizeof(T));
     }
+    /// What kernels only read: on PoCL's CPU devices v itself, which must stay where and as it is while the buffer
+    /// lives, and counts for nothing in peak_memory(); elsewhere as upload().
+    template <class T>
+    Buffer share(const std::vector<T>& v) {
+        return share(v.data(), v.size() * sizeof(T));
+    }
+    Buffer share(const void* data, std::size_t bytes);
     /// Writes v to the start of `to`, which is made anew if it is too small.
     template <class T>
     void upload_to(Buffer& to, const std::vector<T>& v) {

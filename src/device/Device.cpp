@@ -48,13 +48,14 @@ std::vector<std::string> kernel_names(cl_program program) {
 struct Buffer::Impl {
     std::shared_ptr<Session> session;
     cl_mem memory = nullptr;
-    std::size_t bytes = 0;
-    Impl(std::shared_ptr<Session> s, cl_mem m, std::size_t n) : session(std::move(s)), memory(m), bytes(n) {
-        session->allocated(bytes);
+    std::size_t bytes = 0, taken = 0;  // taken: of the device's memory
+    Impl(std::shared_ptr<Session> s, cl_mem m, std::size_t n, std::size_t t)
+        : session(std::move(s)), memory(m), bytes(n), taken(t) {
+        session->allocated(taken);
     }
     ~Impl() {
         clReleaseMemObject(memory);
-        session->freed(bytes);
+        session->freed(taken);
     }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
@@ -308,13 +309,27 @@ Buffer Device::allocate(std::size_t bytes) {
     cl_mem memory = clCreateBuffer(impl_->session->context, CL_MEM_READ_WRITE, bytes, nullptr, &status);
     if (status != CL_SUCCESS) refuse(device::status_name(status));
     Buffer buffer;
-    buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes);
+    buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes, bytes);
     return buffer;
 }
 
 Buffer Device::upload(const void* data, std::size_t bytes) {
     Buffer buffer = allocate(bytes);
     write(buffer, data, bytes);
+    return buffer;
+}
+
+Buffer Device::share(const void* data, std::size_t bytes) {
+    // Other CPU drivers copy what they are given, or (oclgrind) take it for uninitialised.
+    if (!description().is_cpu || description().platform != "Portable Computing Language" || bytes == 0)
+        return upload(data, bytes);
+    cl_int status = CL_SUCCESS;
+    // Kernels do not write to it.
+    cl_mem memory = clCreateBuffer(impl_->session->context, CL_MEM_READ_ONLY | CL_MEM_USE_HOST_PTR, bytes,
+                                   const_cast<void*>(data), &status);
+    check(status, "sharing " + std::to_string(bytes) + " bytes with the device");
+    Buffer buffer;
+    buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes, 0);
     return buffer;
 }
 

@@ -24,18 +24,18 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
         throw Error((scene.source.empty() ? std::string("scene") : scene.source) +
                     ": has no acceleration structure of the kind that the device traverses");
     if (device.cpu_traversal()) {
-        nodes_ = device.upload(scene.accel.bvh8_nodes);
-        leaves_ = device.upload(scene.accel.bvh8_triangles);
+        nodes_ = device.share(scene.accel.bvh8_nodes);
+        leaves_ = device.share(scene.accel.bvh8_triangles);
     } else {
-        nodes_ = device.upload(scene.accel.bvh2_nodes);
-        leaves_ = device.upload(scene.accel.bvh2_triangles);
+        nodes_ = device.share(scene.accel.bvh2_nodes);
+        leaves_ = device.share(scene.accel.bvh2_triangles);
     }
     analytics_ = device.upload(scene.analytics);
-    triangles_ = device.upload(scene.triangles);
-    vertices_ = device.upload(scene.vertices);
+    triangles_ = device.share(scene.triangles);
+    vertices_ = device.share(scene.vertices);
     materials_ = device.upload(scene.materials);
     textures_ = device.upload(scene.textures);
-    texels_ = device.upload(scene.texels);
+    texels_ = device.share(scene.texels);
     lights_ = device.upload(scene.lights);
     info_ = device.upload(&scene.info, sizeof scene.info);
     clear_statistics();

@@ -63,6 +63,29 @@ TEST_F(DeviceTest, WritesReadBack) {
     }
 }
 
+// Kernels see the host's own array, wherever it begins; nothing of it is counted twice.
+TEST_F(DeviceTest, SharedMemoryIsReadWhereItLies) {
+    constexpr std::uint32_t groups = 64, size = 64;
+    std::vector<std::uint32_t> data(groups * size + 3);
+    for (const std::size_t from : {0u, 1u, 3u}) {
+        std::iota(data.begin(), data.end(), 1u);
+        Device fresh{irradia::DeviceOptions{}};
+        const Buffer in = fresh.share(data.data() + from, groups * size * 4);
+        EXPECT_EQ(in.bytes(), groups * size * 4);
+        EXPECT_EQ(fresh.peak_memory(),
+                  fresh.description().platform == "Portable Computing Language" ? 0u : groups * size * 4);
+        Buffer out = fresh.allocate(groups * 4);
+        Kernel k = fresh.kernel(kKernels, "sum_groups", {});
+        k.arg(in).arg(out).local(size * 4).run(groups, size);
+        std::vector<std::uint32_t> sums(groups);
+        fresh.read(out, sums.data(), groups * 4);
+        for (std::uint32_t g = 0; g < groups; ++g)
+            EXPECT_EQ(sums[g], size * (g * size + from) + size * (size + 1) / 2) << "group " << g;
+    }
+    EXPECT_EQ(data.front(), 1u);
+    EXPECT_GE(device.share(std::vector<float>{}).bytes(), 4u);
+}
+
 TEST_F(DeviceTest, QueuedWriteOutlivesItsSource) {
     Buffer b = device.allocate(4000);
     {
