@@ -53,8 +53,8 @@ TEST(Traversals, SeeTheSamePicture) {
 }
 
 // Samples on one smooth surface share a look-up: those of a packet on CPU devices, those of a pixel on GPUs, which take
-// one at a time. What they miss is the second derivative of E over a pixel, here a 48th of the box: .16 and .19 % of the
-// picture, .02 % of its mean.
+// one at a time. What they miss is the second derivative of E over a pixel, here a 48th of the box: .16 and .19 % of
+// the picture, .02 % of its mean.
 TEST(Traversals, SharedLookUpsHardlyShow) {
     const Scene scene = load(project_scene("cornell-box.xml"), {}, 48, 48);
     for (const char* const traversal : {"cpu", "gpu"}) {
