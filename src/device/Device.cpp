@@ -327,7 +327,7 @@ Buffer Device::share(const void* data, std::size_t bytes) {
     // Kernels do not write to it.
     cl_mem memory = clCreateBuffer(impl_->session->context, CL_MEM_READ_ONLY | CL_MEM_USE_HOST_PTR, bytes,
                                    const_cast<void*>(data), &status);
-    check(status, "sharing " + std::to_string(bytes) + " bytes with the device");
+    if (status != CL_SUCCESS) return upload(data, bytes);  // too large, say: allocate() tells what may be done
     Buffer buffer;
     buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes, 0);
     return buffer;
