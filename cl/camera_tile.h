@@ -45,9 +45,9 @@ IR_FN void tile_rays(const SceneData* s, uint pixel, uint count, const float* u,
 #else
     t->origin = camera_origin(info);
     float fx[IR_TILE], fy[IR_TILE];
-    for (uint i = 0; i < IR_TILE; ++i) {
-        fx[i] = film_position(info, px, info->width, u[min(i, count - 1u)]);
-        fy[i] = film_position(info, py, info->height, v[min(i, count - 1u)]);
+    for (uint i = 0; i < IR_TILE; ++i) {  // the rest, which lanes load too, as the first: a filter's quantile is dear
+        fx[i] = i < count ? film_position(info, px, info->width, u[i]) : fx[0];
+        fy[i] = i < count ? film_position(info, py, info->height, v[i]) : fy[0];
     }
     for (uint i = 0; i < count; i += IR_LANES) {
         const CameraRays rays = camera_rays_at(info, lanes_load(fx, i), lanes_load(fy, i));

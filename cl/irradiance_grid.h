@@ -37,9 +37,12 @@ IR_FN uint grid_parent(uint key) {
     return x | (y << 9) | (z << 18) | (key & 0x38000000u) | (((key >> 30) + 1u) << 30);
 }
 
+// Where a table of `slots` is asked for `key` first.
+IR_FN uint grid_home(uint key, uint slots) { return hash_uint(key) & (slots - 1u); }
+
 // Slot of `key`, or the number of slots if it is not there.
 IR_FN uint grid_find(const GridParameters* g, IR_GLOBAL const GridCell* cells, uint key) {
-    uint slot = hash_uint(key) & (g->slots - 1u);
+    uint slot = grid_home(key, g->slots);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (g->slots - 1u)) {
         const uint found = cells[slot].key;
         if (found == key) return slot;
@@ -102,7 +105,7 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
             const uint k = pending[i];
             if (!grid_reaches(g, &q[k], level)) continue;
             keys[asked] = grid_query_key(g, &q[k], level);
-            IR_PREFETCH(&cells[hash_uint(keys[asked]) & (g->slots - 1u)]);
+            IR_PREFETCH(&cells[grid_home(keys[asked], g->slots)]);
             pending[asked++] = k;
         }
         left = 0u;
@@ -127,7 +130,7 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
 // Slot of `key` in a table of either struct, whose first word is the key; taken if it is not there yet; `slots` if the
 // table is full. `taken`, if not 0: gets slots that are taken, in no order; taken[0] is their number.
 IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, volatile IR_GLOBAL uint* taken) {
-    uint slot = hash_uint(key) & (slots - 1u);
+    uint slot = grid_home(key, slots);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
         const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
         if (found == 0u && taken != 0) taken[1u + IR_ATOMIC_ADD(&taken[0], 1u)] = slot;
@@ -154,7 +157,7 @@ IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f
 
 // Sends for the slot that an estimate at (p, n) will most likely be added to.
 IR_FN void grid_expect(const GridParameters* g, IR_GLOBAL const GridSum* sums, real3 p, real3 n) {
-    IR_PREFETCH(&sums[hash_uint(grid_key(g, 0u, p, n)) & (g->slots - 1u)]);
+    IR_PREFETCH(&sums[grid_home(grid_key(g, 0u, p, n), g->slots)]);
 }
 
 // One estimate of irradiance at (p, n). Sets *overflow if the table is full.

@@ -16,6 +16,12 @@ IR_FN bool on_patch(real3 p, real3 n, uint coat, float pixel_width, const Surfac
            length(apart) <= 20.0f * pixel_width;
 }
 
+// Irradiance for a patch that began at p: at its centroid, or where no record reaches that, at p. Records are made at
+// samples, not at centroids. false: none reaches p either.
+IR_FN bool patch_lookup(const Cache* cache, real3 centroid, real3 p, real3 n, uint coat, real3* irradiance) {
+    return cache_lookup(cache, centroid, n, coat, irradiance) || cache_lookup(cache, p, n, coat, irradiance);
+}
+
 #if IR_TILE == 1 && IR_SHARE_LOOKUPS
 #define IR_OPEN_PATCHES 4u  // an edge lies between two, a corner between three
 
@@ -33,7 +39,7 @@ typedef struct OpenPatches {
 } OpenPatches;
 
 // Puts t on the patch that it lies on, if need be a new one; false if there are as many as may be.
-IR_FN bool patch_take(OpenPatches* open, const SceneData* s, const TileSample* t, uint pixel) {
+IR_FN bool add_to_patch(OpenPatches* open, const SceneData* s, const TileSample* t, uint pixel) {
     uint i = 0u;
     while (i < open->count && !on_patch(open->patches[i].p, open->patches[i].n, open->patches[i].coat,
                                         open->patches[i].pixel_width, &t->surface))
@@ -56,13 +62,11 @@ IR_FN bool patch_take(OpenPatches* open, const SceneData* s, const TileSample* t
     return true;
 }
 
-// Indirect radiance of a patch's samples, summed; *found: did any record apply? Records are made at samples, not at
-// centroids.
+// Indirect radiance of a patch's samples, summed; *found: did any record apply?
 IR_FN real3 patch_radiance(const Cache* cache, const OpenPatch* patch, bool* found) {
     const real3 centroid = patch->position_sum * (1.0f / patch->members);
     real3 e;
-    *found = cache_lookup(cache, centroid, patch->n, patch->coat, &e) ||
-             cache_lookup(cache, patch->p, patch->n, patch->coat, &e);
+    *found = patch_lookup(cache, centroid, patch->p, patch->n, patch->coat, &e);
     return patch->weight_sum * e * IR_INV_PI;
 }
 #else

@@ -14,7 +14,8 @@ IR_FN uint hash_uint(uint x) {
 }
 
 // [0,1): the 24 leading bits, so that the largest value is 1 - 2^-24 and never rounds to 1.
-IR_FN real uint_to_unit(uint x) { return (real)(x >> 8) * R(5.9604644775390625e-8); }
+#define IR_UNIT R(5.9604644775390625e-8)  // 2^-24
+IR_FN real uint_to_unit(uint x) { return (real)(x >> 8) * IR_UNIT; }
 
 // PCG32 (O'Neill 2014), XSH-RR on a 64-bit linear congruential state.
 typedef struct Rng {

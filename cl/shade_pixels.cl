@@ -61,9 +61,7 @@ IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Gri
         const Surface* f = &samples[i].surface;
         const Patch patch = take_patch(samples, i, count, s->info->camera.pixel_size * samples[i].depth, &done);
         real3 e;
-        // Records are made at samples, not at centroids.
-        const bool found = cache_lookup(cache, patch.centroid, f->ns, coat_of(f), &e) ||
-                           cache_lookup(cache, f->p, f->ns, coat_of(f), &e);
+        const bool found = patch_lookup(cache, patch.centroid, f->p, f->ns, coat_of(f), &e);
 #if IR_TAKES_SAMPLES
         if (!found && (samples[i].behind || !requests))
             e = sampled_irradiance(s, grid, f, edges, rng, rays);
@@ -113,7 +111,7 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
         if (edges < 2u) continue;
 #if IR_OPEN_PATCHES
         // What is seen through mirrors and glass, or takes samples, asks at once.
-        if (wants_lookup(&samples[0]) && requests && !samples[0].behind && patch_take(&open, s, &samples[0], pixel))
+        if (wants_lookup(&samples[0]) && requests && !samples[0].behind && add_to_patch(&open, s, &samples[0], pixel))
             samples[0].weight = black();
 #endif
         Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);

@@ -39,7 +39,7 @@ IR_FN lanes_uint reverse_bits(lanes_uint x) {
 
 // One number of [0,1) (uint_to_unit) a lane.
 IR_FN lanes scrambled_number(lanes_uint x, uint seed) {
-    return lanes_of_uint(reverse_bits(owen_scramble_reversed(x, hash_uint(seed))) >> 8) * R(5.9604644775390625e-8);
+    return lanes_of_uint(reverse_bits(owen_scramble_reversed(x, hash_uint(seed))) >> 8) * IR_UNIT;
 }
 
 // Points first, first + 1, ... of the sequence scrambled by `seed` (one seed a pixel), one a lane: four numbers in [0,1)
