@@ -2,7 +2,7 @@
 // sample is splatted, and a pixel's estimate depends on that pixel alone.
 #ifndef IR_CAMERA_H
 #define IR_CAMERA_H
-#include "lanes.h"
+#include "filter.h"
 #include "scene.h"
 
 typedef struct CameraRay {
@@ -10,55 +10,30 @@ typedef struct CameraRay {
     float t_min, t_max;  // clip planes, along this ray
 } CameraRay;
 
-// Inverse of the tent filter's distribution function on [-radius, radius].
-IR_FN float tent_quantile(float u, float radius) {
-    return u < 0.5f ? radius * (sqrt(2.0f * u) - 1.0f) : radius * (1.0f - sqrt(max(2.0f - 2.0f * u, 0.0f)));
-}
-IR_FN float tent_distribution(float x, float radius) {
-    const float t = clamp(x / radius, -1.0f, 1.0f);
-    return t < 0.0f ? 0.5f * (1.0f + t) * (1.0f + t) : 1.0f - 0.5f * (1.0f - t) * (1.0f - t);
-}
-
-// Distribution function of the gaussian exp(-x^2/2s^2) minus its value at the radius (Mitsuba's), by its integral:
-// F(x) = (s sqrt(pi/2) erf(x / s sqrt 2) - x g(radius)), normalised to [0,1] over the support.
-IR_FN float gaussian_distribution(float x, float stddev, float radius) {
-    const float k = stddev * 1.25331413731550025f, floor_value = exp(-0.5f * radius * radius / (stddev * stddev));
-    const float half_width = k * erf(radius * 0.70710678f / stddev) - radius * floor_value;
-    const float t = clamp(x, -radius, radius);
-    return 0.5f + 0.5f * (k * erf(t * 0.70710678f / stddev) - t * floor_value) / half_width;
-}
-IR_FN float gaussian_quantile(float u, float stddev, float radius) {
-    float lo = -radius, hi = radius;  // bisection: 24 halvings reach float32's resolution
-    for (int i = 0; i < 24; ++i) {
-        const float mid = 0.5f * (lo + hi);
-        if (gaussian_distribution(mid, stddev, radius) < u)
-            lo = mid;
-        else
-            hi = mid;
-    }
-    return 0.5f * (lo + hi);
-}
-
 // Offset from the pixel's centre for u in [0,1); the filter is cut off at the picture's border [lo, hi] (as Mitsuba's
 // film without border samples).
-IR_FN float filter_offset(const IR_GLOBAL SceneInfo* info, float u, float lo, float hi) {
+IR_FN lanes filter_offset(const IR_GLOBAL SceneInfo* info, lanes u, float lo, float hi) {
+    const float radius = info->rfilter_radius;
     if (info->rfilter == IR_RFILTER_TENT) {
-        const float a = tent_distribution(lo, info->rfilter_radius), b = tent_distribution(hi, info->rfilter_radius);
-        return tent_quantile(a + u * (b - a), info->rfilter_radius);
+        const float a = tent_distribution(lo, radius), b = tent_distribution(hi, radius);
+        return tent_quantile(a + u * (b - a), radius);
     }
     if (info->rfilter == IR_RFILTER_GAUSSIAN) {
-        const float a = gaussian_distribution(lo, info->rfilter_stddev, info->rfilter_radius);
-        const float b = gaussian_distribution(hi, info->rfilter_stddev, info->rfilter_radius);
-        return gaussian_quantile(a + u * (b - a), info->rfilter_stddev, info->rfilter_radius);
+        const float a = lo > -radius ? gaussian_distribution(lo, info->rfilter_stddev, radius) : 0.0f;
+        const float b = hi < radius ? gaussian_distribution(hi, info->rfilter_stddev, radius) : 1.0f;
+        return gaussian_quantile(a + u * (b - a), info->rfilter_stddev);
     }
-    const float a = max(lo, -info->rfilter_radius), b = min(hi, info->rfilter_radius);
+    const float a = max(lo, -radius), b = min(hi, radius);
     return a + u * (b - a);
 }
 
-// Film position, along one axis, of number u in [0, 1) of pixel p of `size`.
-IR_FN float film_position(const IR_GLOBAL SceneInfo* info, uint p, uint size, float u) {
+// Film positions, along one axis, of numbers u in [0, 1) of pixel p of `size`.
+IR_FN lanes film_positions(const IR_GLOBAL SceneInfo* info, uint p, uint size, lanes u) {
     const float centre = (float)p + 0.5f;
     return centre + filter_offset(info, u, -centre, (float)size - centre);
+}
+IR_FN float film_position(const IR_GLOBAL SceneInfo* info, uint p, uint size, float u) {
+    return lanes_first(film_positions(info, p, size, lanes_of(u)));
 }
 
 // Rays through the film positions (fx, fy) in pixels.

@@ -23,8 +23,9 @@ IR_FN real3 tile_origin(const CameraTile* t, uint i) { return make_real3(t->ox[i
 IR_FN real3 tile_origin(const CameraTile* t, uint i) { return t->origin; }
 #endif
 
-// The tile's first `count` rays, of film numbers u[i], v[i] in [0, 1); the lens's come from rng.
-IR_FN void tile_rays(const SceneData* s, uint pixel, uint count, const float* u, const float* v, Rng* rng, CameraTile* t) {
+// The tile's first `count` rays, of film numbers u[i], v[i] in [0, 1); the lens's come from rng. u and v hold IR_TILE
+// numbers: those beyond count, which lanes load too, become the first's, so that t_min is that of the rays alone.
+IR_FN void tile_rays(const SceneData* s, uint pixel, uint count, float* u, float* v, Rng* rng, CameraTile* t) {
     const IR_GLOBAL SceneInfo* info = s->info;
     const uint px = pixel % info->width, py = pixel / info->width;
     t->t_min = 0.0f;
@@ -44,13 +45,13 @@ IR_FN void tile_rays(const SceneData* s, uint pixel, uint count, const float* u,
     }
 #else
     t->origin = camera_origin(info);
-    float fx[IR_TILE], fy[IR_TILE];
-    for (uint i = 0; i < IR_TILE; ++i) {  // the rest, which lanes load too, as the first: a filter's quantile is dear
-        fx[i] = i < count ? film_position(info, px, info->width, u[i]) : fx[0];
-        fy[i] = i < count ? film_position(info, py, info->height, v[i]) : fy[0];
+    for (uint i = count; i < IR_TILE; ++i) {
+        u[i] = u[0];
+        v[i] = v[0];
     }
     for (uint i = 0; i < count; i += IR_LANES) {
-        const CameraRays rays = camera_rays_at(info, lanes_load(fx, i), lanes_load(fy, i));
+        const CameraRays rays = camera_rays_at(info, film_positions(info, px, info->width, lanes_load(u, i)),
+                                               film_positions(info, py, info->height, lanes_load(v, i)));
         lanes_store(rays.direction.x, t->dx, i);
         lanes_store(rays.direction.y, t->dy, i);
         lanes_store(rays.direction.z, t->dz, i);

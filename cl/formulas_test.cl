@@ -1,6 +1,7 @@
 // One small kernel a formula, for tests/cl: item i reads its inputs at in + i * <inputs> and writes its results at
 // out + i * <outputs>; both counts stand at each kernel. No renderer launches these.
 #define IR_SCALAR_LANES 1
+#include "filter.h"
 #include "ggx.h"
 #include "harmonics.h"
 #include "hemisphere_reduce.h"
@@ -52,6 +53,14 @@ IR_FORMULA(formula_shapes, 2, 9) {
     write3(out, sample_triangle(in[0], in[1]));
     write3(out + 3, sample_disk(in[0], in[1]));
     write3(out + 6, sample_sphere(in[0], in[1]));
+}
+
+// u, width, x -> quantiles at u and distributions at x of the tent (width: its radius) and the gaussian (its deviation)
+IR_FORMULA(formula_filter, 3, 4) {
+    out[0] = tent_quantile(in[0], in[1]);
+    out[1] = tent_distribution(in[2], in[1]);
+    out[2] = gaussian_quantile(in[0], in[1]);
+    out[3] = gaussian_distribution(in[2], in[1], 4.0f * in[1]);
 }
 
 // D, x -> atan2(sqrt D, x)/sqrt D

@@ -123,6 +123,7 @@ using std::acos;
 using std::asin;
 using std::atan2;
 using std::cos;
+using std::erf;
 using std::erfc;
 using std::exp;
 using std::floor;

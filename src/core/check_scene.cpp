@@ -207,6 +207,9 @@ void check_info(const std::string& where, const Scene& scene) {
     q.finite(s.rfilter_radius, s.rfilter_stddev, s.diagonal);
     q.require(s.rfilter_radius > 0.0f && s.rfilter_radius <= 1000.0f, "the filter's radius is out of range");
     q.require(s.rfilter != IR_RFILTER_GAUSSIAN || s.rfilter_stddev > 0.0f, "the filter's width is not positive");
+    // cl/filter.h inverts that distribution alone.
+    q.require(s.rfilter != IR_RFILTER_GAUSSIAN || s.rfilter_radius == 4.0f * s.rfilter_stddev,
+              "the gaussian filter's radius is not four standard deviations");
     q.require(s.triangle_count == scene.triangles.size() && s.analytic_count == scene.analytics.size() &&
                   s.light_count == scene.lights.size(),
               "counts do not match the arrays");

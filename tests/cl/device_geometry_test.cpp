@@ -76,6 +76,23 @@ TEST(DeviceSampling, FramesAndShapes) {
     }
 }
 
+// Both start from the same rounded u, so a steep quantile costs nothing; the gaussian is a chain of 13 operations.
+TEST(DeviceFilter, QuantilesAndDistributions) {
+    Inputs in;
+    for (const double width : {0.25, 1.0, 30.0}) {
+        for (const double u : {0.0, 5.9604645e-8, 1e-6, 1e-3, 0.5, 0.999, 0.99999994}) in.add(u).add(width).add(0);
+        for (int i = 0; i < 2000; ++i) in.add(uniform(0, .9999999)).add(width).add(uniform(-4.5, 4.5) * width);
+    }
+    const std::vector<double> out = run_formula("formula_filter", in, 3, 4);
+    for (std::size_t i = 0; i < out.size() / 4; ++i) {
+        const double u = in.scalar(i, 3, 0), width = in.scalar(i, 3, 1), x = in.scalar(i, 3, 2);
+        EXPECT_NEAR(out[4 * i], tent_quantile(u, width), width * kFew) << u;
+        EXPECT_NEAR(out[4 * i + 1], tent_distribution(x, width), kFew);
+        EXPECT_NEAR(out[4 * i + 2], gaussian_quantile(u, width), width * 4 * kFew) << u;
+        EXPECT_NEAR(out[4 * i + 3], gaussian_distribution(x, width, 4 * width), kFew);
+    }
+}
+
 TEST(DeviceFlux, AngleOverSine) {  // flux.h states 4e-7
     Inputs in;
     for (int i = 1; i < 20000; ++i) {

@@ -11,6 +11,7 @@
 
 #include "cl/portable.h"
 namespace irradia::host {
+#include "cl/filter.h"
 #include "cl/ggx.h"
 #include "cl/harmonics.h"
 #include "cl/hemisphere_reduce.h"

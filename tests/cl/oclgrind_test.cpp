@@ -43,11 +43,11 @@ Names with_lamps(Names names) {  // --aov all: counted
     return names;
 }
 const Names kTraversal{"test_closest", "test_occluded", "test_tile", "test_tile_occluded"};
-const Names kFormulas{"formula_angle",  "formula_crease", "formula_edge_flux", "formula_ellipse",
-                      "formula_frame",  "formula_ggx",    "formula_harmonics", "formula_hemisphere",
-                      "formula_limits", "formula_probe",  "formula_rectangle", "formula_reproject",
-                      "formula_ring",   "formula_shapes", "formula_stratum",   "formula_triangle",
-                      "formula_weight", "test_sum_cells"};
+const Names kFormulas{"formula_angle",      "formula_crease", "formula_edge_flux", "formula_ellipse",
+                      "formula_filter",     "formula_frame",  "formula_ggx",       "formula_harmonics",
+                      "formula_hemisphere", "formula_limits", "formula_probe",     "formula_rectangle",
+                      "formula_reproject",  "formula_ring",   "formula_shapes",    "formula_stratum",
+                      "formula_triangle",   "formula_weight", "test_sum_cells"};
 const Names kCache{"insert_records", "move_nodes", "pack_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
 const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};
@@ -349,12 +349,13 @@ TEST_F(Oclgrind, RadianceRecords) {
 }
 TEST_F(Oclgrind, Textures) { check(DEVICE_TEXTURE_TEST, {"--gtest_filter=DeviceTextures.Checker*"}, kTextures); }
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
-    check(DEVICE_FORMULAS_TEST,
-          {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
-           "DeviceHemisphere.FewStrata:DeviceHemisphere.LimitsBright*:DeviceWeight.MatchesVectors:DeviceInFront."
-           "MatchesVectors:DeviceRadius.*:"
-           "DeviceHarmonics.*:DeviceGgx.*:DeviceReproject.*:DeviceProbe.*:DeviceSolidAngles.ClosedForms"},
-          kFormulas);
+    check(
+        DEVICE_FORMULAS_TEST,
+        {"--gtest_filter=DeviceSampling.*:DeviceFlux.AngleOverSine:DeviceFlux.Vectors:DeviceCrease.*:"
+         "DeviceHemisphere.FewStrata:DeviceHemisphere.LimitsBright*:DeviceWeight.MatchesVectors:DeviceInFront."
+         "MatchesVectors:DeviceRadius.*:"
+         "DeviceFilter.*:DeviceHarmonics.*:DeviceGgx.*:DeviceReproject.*:DeviceProbe.*:DeviceSolidAngles.ClosedForms"},
+        kFormulas);
 }
 
 // ---- the checks themselves -----------------------------------------------------------------------------------------

@@ -135,6 +135,7 @@ TEST(CheckScene, Settings) {
         {"radius is out of range", [](Scene& s) { s.info.rfilter_radius = 1e30f; }},
         {"radius is out of range", [](Scene& s) { s.info.rfilter_radius = 0.0f; }},
         {"width is not positive", [](Scene& s) { s.info.rfilter_stddev = 0.0f; }},
+        {"not four standard deviations", [](Scene& s) { s.info.rfilter_radius = 1.5f; }},
         {"counts do not match", [](Scene& s) { s.info.triangle_count = 3; }},
         {"counts do not match", [](Scene& s) { s.info.analytic_count = 0; }},
         {"counts do not match", [](Scene& s) { s.info.light_count = 5; }},
