@@ -174,6 +174,24 @@ IR_FN bool cache_covers(const Cache* c, real3 p, real3 n, uint coat, float reach
     return false;
 }
 
+// Do the records that apply at (p, n) know what light does there? One of them at least has seen a surface within `near`, and
+// the brightest answer is at most twice the darkest: noise of a few rays, and gradients that overshoot, make less.
+IR_FN bool cache_agrees(const Cache* c, real3 p, real3 n, uint coat, float near) {
+    const CacheParameters q = c->parameters;
+    float least = IR_INFINITY, most = 0.0f;
+    bool seen = false;
+    RecordWalk walk = record_walk(&q, p, n, coat);
+    while (record_next(&c->octree, &q, &walk)) {
+        if (!(walk.weight > 0.0f)) continue;
+        const IR_GLOBAL RecordValue* value = &c->octree.values[walk.record];
+        const float y = luminance(record_irradiance(value, &c->octree.keys[walk.record], p, n));
+        least = min(least, y);
+        most = max(most, y);
+        seen = seen || value->minimum <= near;
+    }
+    return seen && most <= 2.0f * least;
+}
+
 // Interpolated irradiance (1.6) in W·m⁻²; false (and zero) where no record applies.
 IR_FN bool cache_lookup(const Cache* c, real3 p, real3 n, uint coat, real3* irradiance) {
     real3 sum = make_real3(0.0f, 0.0f, 0.0f);

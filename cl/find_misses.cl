@@ -25,6 +25,36 @@ IR_FN float narrow_reach(const SceneData* s, const CacheParameters* c, const Sur
     return hit.primitive == IR_NO_PRIMITIVE ? IR_INFINITY : max(hit.t, c->gap_least * footprint);
 }
 
+// Distance from f to the nearest ledge beside it: a surface that a look sideways close over f meets, and a higher look does
+// not. What light passes over it at grazing angles leaves a strip along it dark, of which records outside know nothing; a
+// wall, which meets both looks, keeps such light from all around. IR_INFINITY: none within a least support, half of gap_reach.
+IR_FN float ledge_distance(const SceneData* s, const CacheParameters* c, const Surface* f, float footprint) {
+    const float far = 0.5f * c->gap_reach * footprint;
+    const Frame frame = make_frame(f->ng);
+    const real3 low = f->p + f->ng * (0.25f * footprint), high = f->p + f->ng * (0.5f * far);
+    float least = IR_INFINITY;
+    for (uint side = 0; side < 4u; ++side) {
+        const real3 direction = (side & 1u ? frame.b : frame.t) * (side & 2u ? -1.0f : 1.0f);
+        const Hit hit = trace_closest(s, low, direction, 0.0f, min(far, least));
+        if (hit.primitive == IR_NO_PRIMITIVE) continue;
+        if (trace_closest(s, high, direction, 0.0f, hit.t + footprint).primitive == IR_NO_PRIMITIVE) least = hit.t;
+    }
+    return least;
+}
+
+// Do the records suffice at f? If not, *reach is how far the one to be made may reach. Beside a ledge they must agree, or be as
+// short as it is near: where no light passes over it, a strip costs nothing.
+IR_FN bool records_suffice(const SceneData* s, const Cache* cache, const Surface* f, float footprint, float* reach) {
+    const CacheParameters* c = &cache->parameters;
+    *reach = narrow_reach(s, c, f, footprint);
+    if (!cache_covers(cache, f->p, f->ns, coat_of(f), *reach)) return false;
+    if (*reach < IR_INFINITY || !(c->gap_reach > 0.0f)) return true;
+    const float ledge = ledge_distance(s, c, f, footprint);
+    if (ledge == IR_INFINITY || cache_agrees(cache, f->p, f->ns, coat_of(f), c->gap_reach * footprint)) return true;
+    *reach = max(ledge, c->gap_least * footprint);
+    return cache_covers(cache, f->p, f->ns, coat_of(f), *reach);
+}
+
 IR_ONCE_FN void find_miss(const SceneData* s, const Cache* cache, IR_LOBE_PARAMETERS IR_GLOBAL ShadingPoint* points,
                           uint pixel) {
     Seen seen;
@@ -38,8 +68,8 @@ IR_ONCE_FN void find_miss(const SceneData* s, const Cache* cache, IR_LOBE_PARAME
 #endif
     if (!is_diffuse(f)) return;
     ShadingPoint q = make_shading_point(s->info, f, seen.direction, seen.depth, pixel, false);
-    const float reach = narrow_reach(s, &cache->parameters, f, q.footprint);
-    if (cache_covers(cache, f->p, f->ns, coat_of(f), reach)) return;
+    float reach;
+    if (records_suffice(s, cache, f, q.footprint, &reach)) return;
     if (reach < IR_INFINITY) {
         q.largest = reach;
         q.least = cache->parameters.gap_least * q.footprint;

@@ -39,9 +39,6 @@ IR_FN HemisphereSums hemisphere_sums_zero(void) {
     return s;
 }
 
-#define IR_LUMINANCE(r, g, b) (R(0.2126) * (r) + R(0.7152) * (g) + R(0.0722) * (b))
-IR_FN real luminance(real3 rgb) { return IR_LUMINANCE(rgb.x, rgb.y, rgb.z); }
-
 // *sum += v * s
 IR_FN void lanes_add_scaled(LaneVector* sum, LaneVector v, lanes s) {
     sum->x += v.x * s;

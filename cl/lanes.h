@@ -76,6 +76,10 @@ typedef real3 LaneVector;
 #define lanes_max(v) (v)
 #endif
 
+// Of linear RGB (ITU-R BT.709), of numbers and of lanes.
+#define IR_LUMINANCE(r, g, b) (R(0.2126) * (r) + R(0.7152) * (g) + R(0.0722) * (b))
+IR_FN real luminance(real3 rgb) { return IR_LUMINANCE(rgb.x, rgb.y, rgb.z); }
+
 IR_FN lanes lanes_dot(LaneVector a, LaneVector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 IR_FN lanes lanes_dot3(LaneVector a, real3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 IR_FN LaneVector lanes_difference(LaneVector a, LaneVector b) {
