@@ -27,9 +27,8 @@ IR_FN float narrow_reach(const SceneData* s, const CacheParameters* c, const Sur
 
 // Distance from f to the nearest ledge beside it: a surface that a look sideways close over f meets, and a higher look does
 // not. What light passes over it at grazing angles leaves a strip along it dark, of which records outside know nothing; a
-// wall, which meets both looks, keeps such light from all around. IR_INFINITY: none within a least support, half of gap_reach.
-IR_FN float ledge_distance(const SceneData* s, const CacheParameters* c, const Surface* f, float footprint) {
-    const float far = 0.5f * c->gap_reach * footprint;
+// wall, which meets both looks, keeps such light from all around. IR_INFINITY: none within `far`.
+IR_FN float ledge_distance(const SceneData* s, const Surface* f, float footprint, float far) {
     const Frame frame = make_frame(f->ng);
     const real3 low = f->p + f->ng * (0.25f * footprint), high = f->p + f->ng * (0.5f * far);
     float least = IR_INFINITY;
@@ -49,8 +48,9 @@ IR_FN bool records_suffice(const SceneData* s, const Cache* cache, const Surface
     *reach = narrow_reach(s, c, f, footprint);
     if (!cache_covers(cache, f->p, f->ns, coat_of(f), *reach)) return false;
     if (*reach < IR_INFINITY || !(c->gap_reach > 0.0f)) return true;
-    const float ledge = ledge_distance(s, c, f, footprint);
-    if (ledge == IR_INFINITY || cache_agrees(cache, f->p, f->ns, coat_of(f), c->gap_reach * footprint)) return true;
+    // From where supports of least size reach here, and from as far as what is about a pixel high leaves its strip.
+    const float far = max(0.5f * c->gap_reach, 2.0f) * footprint, ledge = ledge_distance(s, f, footprint, far);
+    if (ledge == IR_INFINITY || cache_agrees(cache, f->p, f->ns, coat_of(f), 2.0f * far)) return true;
     *reach = max(ledge, c->gap_least * footprint);
     return cache_covers(cache, f->p, f->ns, coat_of(f), *reach);
 }

@@ -71,7 +71,7 @@ typedef struct CacheParameters {
     float minimum_weight;                // a point is covered if the weights sum to more than this
     float stretch;  // distances and angles count times this: > 1 asks for nearer records than the picture will use
     // Narrow places (find_misses), in footprints: least support of a record there, and how far along the normal to look for
-    // another surface (half as far sideways for a ledge). 0: they are not looked for.
+    // another surface (half as far sideways for a ledge, or 2). 0: they are not looked for.
     float gap_least, gap_reach;
     uint levels;  // of the octree, that hold records: bit l for level l
 } CacheParameters;  // 48 bytes
