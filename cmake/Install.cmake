@@ -3,14 +3,14 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-if(NOT IRRADIA_MINIMAL)  # where they find libirradia_oiio.so
+if(NOT IRRADIA_MINIMAL)  # where they find libirradia_exr.so and libirradia_oiio.so
   file(RELATIVE_PATH to_libraries "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}")
   set_target_properties(render compare PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
 endif()
 install(TARGETS render RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 if(NOT IRRADIA_MINIMAL)
   install(TARGETS compare RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
-  install(TARGETS irradia_oiio LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+  install(TARGETS irradia_oiio irradia_exr LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Irradia")
   install(TARGETS irradia_options irradia_device irradia_core irradia_camera irradia_records irradia_cache irradia_render irradia_scene irradia_accel
                   irradia_image irradia_pictures

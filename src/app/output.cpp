@@ -10,6 +10,7 @@
 #ifdef IRRADIA_MINIMAL
 #include "core/pfm.h"
 #else
+#include "pictures/exr.h"
 #include "pictures/oiio.h"
 #endif
 
@@ -41,7 +42,9 @@ void check_picture_path(const std::string& path) {
     if (std::find(kinds().begin(), kinds().end(), extension) == kinds().end())
         throw Error(path + ": unknown kind of picture '" + extension + "', expected " + output_kinds());
 #ifndef IRRADIA_MINIMAL
-    if (extension != ".pfm") oiio::library();  // loaded now rather than later: it may be missing
+    // Loaded now rather than later: it may be missing.
+    if (extension == ".exr") exr::library();
+    if (extension == ".png") oiio::library();
 #endif
     check_writable(path);
 }

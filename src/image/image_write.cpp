@@ -1,4 +1,5 @@
-// EXR and PNG through OpenImageIO, made in memory and then written as one file that exists whole or not at all.
+// EXR through OpenEXR and PNG through OpenImageIO, made in memory and then written as one file that exists whole or not
+// at all.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,21 +13,19 @@
 #include "core/pfm.h"
 #include "image/image_check.h"
 #include "irradia/Error.h"
+#include "pictures/exr.h"
 #include "pictures/oiio.h"
 
 namespace irradia {
 namespace {
 
-/// Attributes that every picture has, and the picture's own.
-void add_metadata(oiio::Output& out, const Image& image) {
-    out.attributes.emplace_back("Software", "Irradia");
-    out.attributes.emplace_back("DateTime", "");  // else OpenImageIO puts the clock's: same picture, same bytes
-    out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
-}
+constexpr std::pair<const char*, const char*> software{"Software", "Irradia"};
 
-void write_with_oiio(const oiio::Output& out) {
+/// By the module that knows the format.
+template <typename Library>
+void write_with(const Library& library, const pictures::Output& out) {
     std::vector<unsigned char> bytes;
-    const std::string why = oiio::library().encode(out, bytes);
+    const std::string why = library.encode(out, bytes);
     if (!why.empty()) throw Error(fmt::format("{}: {}", out.path, why));
     AsideFile file(out.path);
     file.write(bytes.data(), bytes.size());
@@ -34,11 +33,11 @@ void write_with_oiio(const oiio::Output& out) {
 }
 
 void write_exr(const std::string& path, const Image& image) {
-    oiio::Output out{path, "openexr", image.width, image.height};
+    pictures::Output out{path, "openexr", image.width, image.height};
     for (const Layer& layer : image.layers)
         for (int c = 0; c < layer.channels; ++c) out.channels.push_back(channel_name(layer, c));
-    out.attributes = {{"compression", "zip"}, {"oiio:ColorSpace", "Linear"}};
-    add_metadata(out, image);
+    out.attributes = {{"oiio:ColorSpace", "Linear"}, software};
+    out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
 
     const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
     const std::size_t stride = out.channels.size();
@@ -51,7 +50,7 @@ void write_exr(const std::string& path, const Image& image) {
         first += n;
     }
     out.floats = interleaved.data();
-    write_with_oiio(out);
+    write_with(exr::library(), out);
 }
 
 void write_png(const std::string& path, const Image& image, double exposure) {
@@ -65,10 +64,12 @@ void write_png(const std::string& path, const Image& image, double exposure) {
             const float linear = scale * beauty.data[p * n + (n < 3 ? 0 : c)];
             bytes[p * 3 + c] = static_cast<std::uint8_t>(std::lround(255.0f * srgb_encode(linear)));
         }
-    oiio::Output out{path, "png", image.width, image.height, {"R", "G", "B"}, {{"oiio:ColorSpace", "sRGB"}}};
-    add_metadata(out, image);
+    pictures::Output out{path, "png", image.width, image.height, {"R", "G", "B"}};
+    // Without a date OpenImageIO puts the clock's: same picture, same bytes.
+    out.attributes = {{"oiio:ColorSpace", "sRGB"}, software, {"DateTime", ""}};
+    out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
     out.bytes = bytes.data();
-    write_with_oiio(out);
+    write_with(oiio::library(), out);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Picture files through OpenImageIO. It brings some 260 libraries, which take a quarter of a second to load: so nothing
-// links it but the module libirradia_oiio.so, which is loaded when the first picture is read or written.
+// links it but the module libirradia_oiio.so, which is loaded when the first picture is read, or a PNG written.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "pictures/output.h"
 
 namespace irradia::oiio {
 
@@ -27,15 +29,7 @@ public:
     virtual std::string read(std::uint8_t* data) = 0;
 };
 
-struct Output {
-    std::string path;           // for messages
-    const char* format;         // OpenImageIO's name of it
-    int width = 0, height = 0;  // of the picture
-    std::vector<std::string> channels = {};
-    std::vector<std::pair<std::string, std::string>> attributes = {};
-    const float* floats = nullptr;  // these, or
-    const std::uint8_t* bytes = nullptr;
-};
+using pictures::Output;
 
 /// What the module offers. Nothing here throws an Error: the reason comes back, of one line.
 struct Library {
@@ -51,6 +45,6 @@ struct Library {
 const Library& library();
 
 /// The module's one symbol, a `const Library* ()`; another number whenever anything above changes.
-#define IRRADIA_OIIO_SYMBOL irradia_oiio_2
+#define IRRADIA_OIIO_SYMBOL irradia_oiio_3
 
 }  // namespace irradia::oiio

@@ -1,10 +1,12 @@
-// The executables load OpenImageIO when a picture needs it, and only then.
+// The executables load OpenEXR and OpenImageIO when a picture needs them, and only then.
+#include <fmt/format.h>
+
 #include "command.h"
 
 namespace irradia {
 namespace {
 
-class OiioModule : public test::CommandTest {
+class PictureModules : public test::CommandTest {
 protected:
     void SetUp() override {
         CommandTest::SetUp();
@@ -30,25 +32,36 @@ protected:
     }
 };
 
-TEST_F(OiioModule, ExecutablesDoNotLinkOpenImageIO) {
+TEST_F(PictureModules, ExecutablesLinkNone) {
     // The dynamic linker loads what is named in the file.
-    const std::string library = "libOpenImageIO.so";
-    EXPECT_EQ(test::file_text(RENDER).find(library), std::string::npos);
-    EXPECT_EQ(test::file_text(COMPARE).find(library), std::string::npos);
-    EXPECT_NE(test::file_text(OIIO_MODULE).find(library), std::string::npos);
+    for (const auto& [library, module] : {std::pair{"libOpenImageIO.so", OIIO_MODULE}, {"libOpenEXR", EXR_MODULE}}) {
+        EXPECT_EQ(test::file_text(RENDER).find(library), std::string::npos);
+        EXPECT_EQ(test::file_text(COMPARE).find(library), std::string::npos);
+        EXPECT_NE(test::file_text(module).find(library), std::string::npos);
+    }
+    EXPECT_EQ(test::file_text(EXR_MODULE).find("libOpenImageIO.so"), std::string::npos);
 }
 
-TEST_F(OiioModule, PfmNeedsNone) {
+TEST_F(PictureModules, ExrIsWrittenWithoutOpenImageIO) {
+    std::filesystem::copy(EXR_MODULE, in_folder("modules/libirradia_exr.so"));
+    const test::Outcome rendered = render("a.exr");
+    EXPECT_EQ(rendered.status, 0) << rendered.err;
+    expect_one_line(render("a.png"), 1, "render", "modules/libirradia_oiio.so: cannot be loaded");
+    EXPECT_EQ(read_image(in_folder("a.exr")).width, 8);
+}
+
+TEST_F(PictureModules, PfmNeedsNone) {
     const test::Outcome rendered = render("a.pfm");
     EXPECT_EQ(rendered.status, 0) << rendered.err;
     const test::Outcome compared = without(COMPARE, {"a.pfm", "x.pfm"});
     EXPECT_EQ(compared.status, 0) << compared.err;
 }
 
-TEST_F(OiioModule, MissingIsOneLine) {
+TEST_F(PictureModules, MissingIsOneLine) {
     const std::string what = "modules/libirradia_oiio.so: cannot be loaded";
-    for (const std::string output : {"a.exr", "a.PNG"}) {
-        expect_one_line(render(output), 1, "render", what);
+    for (const std::string output : {"a.exr", "a.EXR", "a.PNG"}) {
+        expect_one_line(render(output), 1, "render",
+                        output == "a.PNG" ? what : "modules/libirradia_exr.so: cannot be loaded, which writes .exr");
         EXPECT_FALSE(std::filesystem::exists(in_folder(output)));
     }
     expect_one_line(without(COMPARE, {"x.exr", "x.pfm"}), 1, "compare", what);
@@ -60,12 +73,15 @@ TEST_F(OiioModule, MissingIsOneLine) {
     expect_one_line(render("a.pfm"), 1, "render", "s.xml:4: " + what);
 }
 
-TEST_F(OiioModule, AnotherIsOneLine) {
-    std::ofstream(in_folder("modules/libirradia_oiio.so")) << "no library";
-    expect_one_line(render("a.exr"), 1, "render", "modules/libirradia_oiio.so: cannot be loaded");
-    std::filesystem::remove(in_folder("modules/libirradia_oiio.so"));
-    std::filesystem::create_symlink("/proc/self/exe", in_folder("modules/libirradia_oiio.so"));
-    expect_one_line(render("a.exr"), 1, "render", "modules/libirradia_oiio.so: cannot be loaded");
+TEST_F(PictureModules, AnotherIsOneLine) {
+    for (const auto& [module, output] : {std::pair{"exr", "a.exr"}, {"oiio", "a.png"}}) {
+        const std::string file = fmt::format("modules/libirradia_{}.so", module);
+        std::ofstream(in_folder(file)) << "no library";
+        expect_one_line(render(output), 1, "render", file + ": cannot be loaded");
+        std::filesystem::remove(in_folder(file));
+        std::filesystem::create_symlink("/proc/self/exe", in_folder(file));
+        expect_one_line(render(output), 1, "render", file + ": cannot be loaded");
+    }
 }
 
 }  // namespace

@@ -1,0 +1,76 @@
+// The module: the only code that is linked with OpenEXR.
+#include "pictures/exr.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <exception>
+#include <thread>
+
+namespace irradia::exr {
+namespace {
+
+constexpr std::size_t values_a_thread = 1u << 20;  // fewer are packed sooner than a thread is made
+
+/// A file in memory.
+class Memory final : public Imf::OStream {
+public:
+    explicit Memory(const pictures::Output& picture, std::vector<unsigned char>& file)
+        : OStream(picture.path.c_str()), file_(file) {}
+    void write(const char bytes[], int count) override {
+        const std::size_t n = static_cast<std::size_t>(count);
+        if (at_ + n > file_.size()) file_.resize(at_ + n);
+        std::copy_n(bytes, n, file_.begin() + static_cast<std::ptrdiff_t>(at_));
+        at_ += n;
+    }
+    std::uint64_t tellp() override { return at_; }
+    void seekp(std::uint64_t position) override { at_ = position; }
+
+private:
+    std::vector<unsigned char>& file_;
+    std::size_t at_ = 0;
+};
+
+void write(const pictures::Output& picture, std::vector<unsigned char>& file) {
+    Imf::Header header(picture.width, picture.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const auto& [name, value] : picture.attributes) header.insert(name, Imf::StringAttribute(value));
+    const std::size_t stride = picture.channels.size() * sizeof(float);
+    const std::size_t row = stride * static_cast<std::size_t>(picture.width);
+    Imf::FrameBuffer frame;
+    const float* channel = picture.floats;
+    for (const std::string& name : picture.channels) {
+        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        frame.insert(name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(const_cast<float*>(channel++)), stride, row));
+    }
+    const std::size_t values = row / sizeof(float) * static_cast<std::size_t>(picture.height);
+    const std::size_t threads = std::min<std::size_t>(values / values_a_thread, std::thread::hardware_concurrency());
+    Imf::setGlobalThreadCount(static_cast<int>(threads));
+    Memory memory(picture, file);
+    Imf::OutputFile out(memory, header, static_cast<int>(threads));
+    out.setFrameBuffer(frame);
+    out.writePixels(picture.height);
+}
+
+std::string encode(const pictures::Output& picture, std::vector<unsigned char>& file) {
+    try {
+        write(picture, file);  // the file is complete when its destructor has run
+        return "";
+    } catch (const std::exception& e) {
+        return std::string("cannot be written: ") + e.what();
+    }
+}
+
+}  // namespace
+}  // namespace irradia::exr
+
+extern "C" [[gnu::visibility("default")]] const irradia::exr::Library* IRRADIA_EXR_SYMBOL() {
+    static const irradia::exr::Library library{irradia::exr::encode};
+    return &library;
+}
