@@ -47,9 +47,10 @@ IR_FN bool records_suffice(const SceneData* s, const Cache* cache, const Surface
     const CacheParameters* c = &cache->parameters;
     *reach = narrow_reach(s, c, f, footprint);
     if (!cache_covers(cache, f->p, f->ns, coat_of(f), *reach)) return false;
-    if (*reach < IR_INFINITY || !(c->gap_reach > 0.0f)) return true;
-    // From where supports of least size reach here, and from as far as what is about a pixel high leaves its strip.
-    const float far = max(0.5f * c->gap_reach, 2.0f) * footprint, ledge = ledge_distance(s, f, footprint, far);
+    const float least_support = 0.5f * c->gap_reach;  // of records elsewhere
+    if (*reach < IR_INFINITY || c->gap_least >= least_support) return true;
+    // From where those reach here, and from as far as what is about a pixel high leaves its strip.
+    const float far = max(least_support, 2.0f) * footprint, ledge = ledge_distance(s, f, footprint, far);
     if (ledge == IR_INFINITY || cache_agrees(cache, f->p, f->ns, coat_of(f), 2.0f * far)) return true;
     *reach = max(ledge, c->gap_least * footprint);
     return cache_covers(cache, f->p, f->ns, coat_of(f), *reach);
