@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <memory>
 #include <vector>
 
 #include "core/aside_file.h"
@@ -22,8 +20,8 @@ namespace {
 constexpr std::pair<const char*, const char*> software{"Software", "Irradia"};
 
 /// By the module that knows the format.
-template <typename Library>
-void write_with(const Library& library, const pictures::Output& out) {
+template <typename Library, typename Output>
+void write_with(const Library& library, const Output& out) {
     std::vector<unsigned char> bytes;
     const std::string why = library.encode(out, bytes);
     if (!why.empty()) throw Error(fmt::format("{}: {}", out.path, why));
@@ -33,23 +31,13 @@ void write_with(const Library& library, const pictures::Output& out) {
 }
 
 void write_exr(const std::string& path, const Image& image) {
-    pictures::Output out{path, "openexr", image.width, image.height};
+    exr::Output out{path, image.width, image.height};
     for (const Layer& layer : image.layers)
-        for (int c = 0; c < layer.channels; ++c) out.channels.push_back(channel_name(layer, c));
+        for (int c = 0; c < layer.channels; ++c)
+            out.channels.push_back(
+                {channel_name(layer, c), layer.data.data() + c, static_cast<std::size_t>(layer.channels)});
     out.attributes = {{"oiio:ColorSpace", "Linear"}, software};
     out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
-
-    const std::size_t pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
-    const std::size_t stride = out.channels.size();
-    std::vector<float> interleaved(pixels * stride);
-    std::size_t first = 0;
-    for (const Layer& layer : image.layers) {
-        const std::size_t n = static_cast<std::size_t>(layer.channels);
-        for (std::size_t p = 0; p < pixels; ++p)
-            std::memcpy(&interleaved[p * stride + first], &layer.data[p * n], n * sizeof(float));
-        first += n;
-    }
-    out.floats = interleaved.data();
     write_with(exr::library(), out);
 }
 
@@ -64,7 +52,7 @@ void write_png(const std::string& path, const Image& image, double exposure) {
             const float linear = scale * beauty.data[p * n + (n < 3 ? 0 : c)];
             bytes[p * 3 + c] = static_cast<std::uint8_t>(std::lround(255.0f * srgb_encode(linear)));
         }
-    pictures::Output out{path, "png", image.width, image.height, {"R", "G", "B"}};
+    oiio::Output out{path, "png", image.width, image.height, {"R", "G", "B"}};
     // Without a date OpenImageIO puts the clock's: same picture, same bytes.
     out.attributes = {{"oiio:ColorSpace", "sRGB"}, software, {"DateTime", ""}};
     out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());

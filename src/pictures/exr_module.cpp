@@ -21,7 +21,7 @@ constexpr std::size_t values_a_thread = 1u << 20;  // fewer are packed sooner th
 /// A file in memory.
 class Memory final : public Imf::OStream {
 public:
-    explicit Memory(const pictures::Output& picture, std::vector<unsigned char>& file)
+    explicit Memory(const Output& picture, std::vector<unsigned char>& file)
         : OStream(picture.path.c_str()), file_(file) {}
     void write(const char bytes[], int count) override {
         const std::size_t n = static_cast<std::size_t>(count);
@@ -37,19 +37,20 @@ private:
     std::size_t at_ = 0;
 };
 
-void write(const pictures::Output& picture, std::vector<unsigned char>& file) {
+void write(const Output& picture, std::vector<unsigned char>& file) {
     Imf::Header header(picture.width, picture.height);
     header.compression() = Imf::ZIP_COMPRESSION;
     for (const auto& [name, value] : picture.attributes) header.insert(name, Imf::StringAttribute(value));
-    const std::size_t stride = picture.channels.size() * sizeof(float);
-    const std::size_t row = stride * static_cast<std::size_t>(picture.width);
     Imf::FrameBuffer frame;
-    const float* channel = picture.floats;
-    for (const std::string& name : picture.channels) {
-        header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-        frame.insert(name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(const_cast<float*>(channel++)), stride, row));
+    for (const Channel& channel : picture.channels) {
+        const std::size_t stride = channel.stride * sizeof(float);
+        header.channels().insert(channel.name, Imf::Channel(Imf::FLOAT));
+        frame.insert(channel.name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(const_cast<float*>(channel.first)),
+                                              stride, stride * static_cast<std::size_t>(picture.width)));
     }
-    const std::size_t values = row / sizeof(float) * static_cast<std::size_t>(picture.height);
+    const std::size_t values =
+        static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) * picture.channels.size();
+    file.reserve(values * sizeof(float));  // pages that are not needed are not touched
     const std::size_t threads = std::min<std::size_t>(values / values_a_thread, std::thread::hardware_concurrency());
     Imf::setGlobalThreadCount(static_cast<int>(threads));
     Memory memory(picture, file);
@@ -58,7 +59,7 @@ void write(const pictures::Output& picture, std::vector<unsigned char>& file) {
     out.writePixels(picture.height);
 }
 
-std::string encode(const pictures::Output& picture, std::vector<unsigned char>& file) {
+std::string encode(const Output& picture, std::vector<unsigned char>& file) {
     try {
         write(picture, file);  // the file is complete when its destructor has run
         return "";

@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "pictures/output.h"
-
 namespace irradia::oiio {
 
 /// What a file holds. Integers carry sRGB-encoded values, whether bytes or wider.
@@ -29,7 +27,15 @@ public:
     virtual std::string read(std::uint8_t* data) = 0;
 };
 
-using pictures::Output;
+struct Output {
+    std::string path;           // for messages
+    const char* format;         // OpenImageIO's name of it
+    int width = 0, height = 0;  // of the picture
+    std::vector<std::string> channels = {};
+    std::vector<std::pair<std::string, std::string>> attributes = {};
+    const float* floats = nullptr;  // these, or
+    const std::uint8_t* bytes = nullptr;
+};
 
 /// What the module offers. Nothing here throws an Error: the reason comes back, of one line.
 struct Library {
@@ -45,6 +51,6 @@ struct Library {
 const Library& library();
 
 /// The module's one symbol, a `const Library* ()`; another number whenever anything above changes.
-#define IRRADIA_OIIO_SYMBOL irradia_oiio_3
+#define IRRADIA_OIIO_SYMBOL irradia_oiio_2
 
 }  // namespace irradia::oiio
