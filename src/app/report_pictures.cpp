@@ -144,9 +144,7 @@ const Layer* find_layer(const Image& image, const std::string& name) {
 }
 
 std::string png_address(const Picture& picture) {
-    oiio::Output out{"a picture of the report", "png", picture.width, picture.height, {"R", "G", "B"}};
-    out.attributes = {{"oiio:ColorSpace", "sRGB"}, {"Software", "Irradia"}, {"DateTime", ""}};
-    out.bytes = picture.rgb.data();
+    const oiio::Png out{"a picture of the report", picture.width, picture.height, picture.rgb.data()};
     std::vector<unsigned char> bytes;
     const std::string why = oiio::library().encode(out, bytes);
     if (!why.empty()) throw Error(out.path + ": " + why);

@@ -17,11 +17,9 @@
 namespace irradia {
 namespace {
 
-constexpr std::pair<const char*, const char*> software{"Software", "Irradia"};
-
 /// By the module that knows the format.
-template <typename Library, typename Output>
-void write_with(const Library& library, const Output& out) {
+template <typename Library, typename Picture>
+void write_with(const Library& library, const Picture& out) {
     std::vector<unsigned char> bytes;
     const std::string why = library.encode(out, bytes);
     if (!why.empty()) throw Error(fmt::format("{}: {}", out.path, why));
@@ -31,13 +29,11 @@ void write_with(const Library& library, const Output& out) {
 }
 
 void write_exr(const std::string& path, const Image& image) {
-    exr::Output out{path, image.width, image.height};
+    exr::Output out{path, image.width, image.height, {}, image.metadata};
     for (const Layer& layer : image.layers)
         for (int c = 0; c < layer.channels; ++c)
             out.channels.push_back(
                 {channel_name(layer, c), layer.data.data() + c, static_cast<std::size_t>(layer.channels)});
-    out.attributes = {{"oiio:ColorSpace", "Linear"}, software};
-    out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
     write_with(exr::library(), out);
 }
 
@@ -52,12 +48,7 @@ void write_png(const std::string& path, const Image& image, double exposure) {
             const float linear = scale * beauty.data[p * n + (n < 3 ? 0 : c)];
             bytes[p * 3 + c] = static_cast<std::uint8_t>(std::lround(255.0f * srgb_encode(linear)));
         }
-    oiio::Output out{path, "png", image.width, image.height, {"R", "G", "B"}};
-    // Without a date OpenImageIO puts the clock's: same picture, same bytes.
-    out.attributes = {{"oiio:ColorSpace", "sRGB"}, software, {"DateTime", ""}};
-    out.attributes.insert(out.attributes.end(), image.metadata.begin(), image.metadata.end());
-    out.bytes = bytes.data();
-    write_with(oiio::library(), out);
+    write_with(oiio::library(), oiio::Png{path, image.width, image.height, bytes.data(), image.metadata});
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 // its 260 libraries takes a quarter of a second. EXRs are read by OpenImageIO, like all pictures.
 #pragma once
 #include <cstddef>
+#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace irradia::exr {
@@ -18,7 +18,7 @@ struct Output {
     std::string path;  // for messages
     int width = 0, height = 0;
     std::vector<Channel> channels = {};
-    std::vector<std::pair<std::string, std::string>> attributes = {};
+    std::map<std::string, std::string> attributes = {};
 };
 
 /// What the module offers. Nothing here throws an Error: the reason comes back, of one line.

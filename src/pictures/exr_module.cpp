@@ -40,6 +40,8 @@ private:
 void write(const Output& picture, std::vector<unsigned char>& file) {
     Imf::Header header(picture.width, picture.height);
     header.compression() = Imf::ZIP_COMPRESSION;
+    header.insert("oiio:ColorSpace", Imf::StringAttribute("Linear"));
+    header.insert("Software", Imf::StringAttribute("Irradia"));
     for (const auto& [name, value] : picture.attributes) header.insert(name, Imf::StringAttribute(value));
     Imf::FrameBuffer frame;
     for (const Channel& channel : picture.channels) {

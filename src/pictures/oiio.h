@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace irradia::oiio {
@@ -27,22 +26,19 @@ public:
     virtual std::string read(std::uint8_t* data) = 0;
 };
 
-struct Output {
-    std::string path;           // for messages
-    const char* format;         // OpenImageIO's name of it
-    int width = 0, height = 0;  // of the picture
-    std::vector<std::string> channels = {};
-    std::vector<std::pair<std::string, std::string>> attributes = {};
-    const float* floats = nullptr;  // these, or
-    const std::uint8_t* bytes = nullptr;
+struct Png {
+    std::string path;  // for messages
+    int width = 0, height = 0;
+    const std::uint8_t* rgb = nullptr;  // sRGB, rows from the top
+    std::map<std::string, std::string> attributes = {};
 };
 
 /// What the module offers. Nothing here throws an Error: the reason comes back, of one line.
 struct Library {
     /// Null: `why` says why. `unassociated`: colours as they stand in the file, not multiplied by alpha.
     std::unique_ptr<Input> (*open)(const std::string& path, bool unassociated, std::string& why);
-    /// The file's bytes. "" or what is wrong.
-    std::string (*encode)(const Output& picture, std::vector<unsigned char>& file);
+    /// The file's bytes; no date, so that the same picture has the same. "" or what is wrong.
+    std::string (*encode)(const Png& picture, std::vector<unsigned char>& file);
     /// Linear RGB of a colour map ("inferno", "viridis", ...) for values 0 to 1. "" or why not.
     std::string (*colour_map)(const char* name, int width, int height, const float* values, float* rgb);
 };
@@ -51,6 +47,6 @@ struct Library {
 const Library& library();
 
 /// The module's one symbol, a `const Library* ()`; another number whenever anything above changes.
-#define IRRADIA_OIIO_SYMBOL irradia_oiio_2
+#define IRRADIA_OIIO_SYMBOL irradia_oiio_3
 
 }  // namespace irradia::oiio

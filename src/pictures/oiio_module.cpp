@@ -54,17 +54,17 @@ std::unique_ptr<Input> open(const std::string& path, bool unassociated, std::str
     return nullptr;
 }
 
-std::string encode(const Output& picture, std::vector<unsigned char>& file) {
-    const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create(picture.format);
-    if (!out) return fmt::format("OpenImageIO cannot write {}: {}", picture.format, one_line(OIIO::geterror()));
-    const OIIO::TypeDesc type = picture.floats ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
-    OIIO::ImageSpec spec(picture.width, picture.height, static_cast<int>(picture.channels.size()), type);
-    spec.channelnames = picture.channels;
+std::string encode(const Png& picture, std::vector<unsigned char>& file) {
+    const std::unique_ptr<OIIO::ImageOutput> out = OIIO::ImageOutput::create("png");
+    if (!out) return fmt::format("OpenImageIO cannot write png: {}", one_line(OIIO::geterror()));
+    OIIO::ImageSpec spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:ColorSpace", "sRGB");
+    spec.attribute("Software", "Irradia");
+    spec.attribute("DateTime", "");  // else OpenImageIO puts the clock's
     for (const auto& [key, value] : picture.attributes) spec.attribute(key, value);
     OIIO::Filesystem::IOVecOutput memory(file);
     out->set_ioproxy(&memory);
-    const void* data = picture.floats ? static_cast<const void*>(picture.floats) : picture.bytes;
-    const bool written = out->open(picture.path, spec) && out->write_image(type, data);
+    const bool written = out->open(picture.path, spec) && out->write_image(OIIO::TypeDesc::UINT8, picture.rgb);
     const bool closed = out->close();
     return written && closed ? "" : fmt::format("cannot be written: {}", one_line(out->geterror()));
 }
