@@ -1,21 +1,13 @@
 // The binary tree from which both device layouts are flattened.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "irradia/Scene.h"
+#include "box.h"
 
 namespace irradia::accel {
-
-struct Box {
-    std::array<float, 3> lo{1e30f, 1e30f, 1e30f}, hi{-1e30f, -1e30f, -1e30f};
-    void add(const Box& b);
-    /// Half the surface area.
-    [[nodiscard]] float area() const;
-};
 
 struct HostNode {
     Box box;
@@ -35,13 +27,16 @@ constexpr std::uint32_t kMaxLeafTriangles = 4;  ///< of the binary tree; analyti
 /// Throws Error if `count` primitives are more than the leaves' 24-bit indices reach; `source` names the scene.
 void check_primitive_count(std::size_t count, const std::string& source);
 
-/// World bounds (after centring) of a primitive: a triangle or an analytic sphere, disk or cylinder.
-Box primitive_box(const Scene& scene, std::uint32_t primitive);
+/// Appends a leaf, or a small subtree: leaves hold triangles only or one analytic primitive. `primitives` ascend, so
+/// that the triangles come first. Its index.
+std::int32_t append_primitives(const Scene& scene, HostTree& tree, const Box& box, const std::uint32_t* primitives,
+                               std::uint32_t count, std::uint32_t depth);
 
-/// The best tree Embree builds (surface area heuristic with spatial splits), or the median tree where its depth or size
-/// would not fit. Deterministic for any `threads` (0 = all).
-/// `progress`, which may be empty, hears the fraction done, from any thread.
-HostTree build_host_tree(const Scene& scene, int threads, const std::function<void(double)>& progress = {});
+/// The tree that Embree builds by the surface area heuristic, for AccelQuality::best with spatial splits, or the median
+/// tree where its depth or size would not fit. Deterministic for any `threads` (0 = all). `progress`, which may be
+/// empty, hears the fraction done, from any thread.
+HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality,
+                         const std::function<void(double)>& progress = {});
 
 /// Depth at most ceil(log2 n) whatever the geometry: splits at the median along the widest axis.
 HostTree build_median_tree(const Scene& scene);

@@ -34,7 +34,8 @@ bool same(const std::vector<T>& a, const std::vector<T>& b) {
 
 }  // namespace
 
-bool take_accel(Scene& to, Scene& from, AccelLayouts layouts) {
+bool take_accel(Scene& to, Scene& from, AccelLayouts layouts, AccelQuality quality) {
+    if (from.accel.quality != quality) return false;
     if (to.vertices.size() != from.vertices.size() || to.triangles.size() != from.triangles.size() ||
         to.analytics.size() != from.analytics.size())
         return false;

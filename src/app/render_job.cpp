@@ -56,7 +56,7 @@ int RenderJob::run() {
     require_records_memory(o_);
     records_ = std::make_unique<CarriedRecords>(o_, [&log](const std::string& text) { log.warn(text); });
     if (o_.outputs.empty()) {  // --pack alone: no device is needed
-        session_.open(o_, true);
+        session_.open(o_, 1, true);
         write_packed_scene(o_.pack, session_.scene());
         log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
         log.done({o_.pack}, now() - began_);
@@ -90,7 +90,7 @@ void RenderJob::answer_points() {
     Log& log = session_.log;
     const std::vector<IrradiancePoint> points = read_points(o_.points);
     Device& device = session_.device(o_.device);  // one that is not there is found before a large scene is loaded
-    session_.open(o_, !o_.pack.empty());
+    session_.open(o_, 1, !o_.pack.empty());
     if (!o_.pack.empty()) {
         write_packed_scene(o_.pack, session_.scene());
         log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
@@ -216,7 +216,9 @@ void RenderJob::render_frame(const Options& o, int frame, std::optional<Checkpoi
 void RenderJob::open_scene(const Options& o, std::optional<Checkpoint>& resumed) {
     const bool each_frame = has_frame_place(o_.scene);
     if (!renderer_ || each_frame) {
-        session_.open(o, !o_.pack.empty(), [&] { drop_renderer(); });
+        const std::size_t frames = shard_of(o_.frames, o_.shard, o_.shards).size(),
+                          views = each_frame ? 1 : std::max<std::size_t>(frames, 1);
+        session_.open(o, views, !o_.pack.empty(), [&] { drop_renderer(); });
         if (!o_.pack.empty()) {
             write_packed_scene(o_.pack, session_.scene());
             session_.log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});

@@ -1,5 +1,6 @@
 #include "app/session.h"
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 
@@ -44,7 +45,7 @@ Device& Session::device(const DeviceOptions& o) {
     return *device_;
 }
 
-Scene Session::load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts) {
+Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, AccelLayouts layouts) {
     if (is_packed_scene(o.scene)) {
         if (!o.defines.empty())
             throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
@@ -56,7 +57,7 @@ Scene Session::load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts
         return scene;
     }
 #ifdef IRRADIA_MINIMAL
-    (void)layouts;
+    (void)layouts, (void)views;
     throw Error(o.scene + ": is not a packed scene, expected one (render SCENE.xml --pack FILE on a full build)");
 #else
     LoadOptions load;
@@ -78,10 +79,12 @@ Scene Session::load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
     monitor("hierarchy", 0);
-    if (!scene_ || !take_accel(scene, *scene_, layouts)) {
+    const std::uint64_t rays = std::min(expected_rays(scene, o.settings), std::uint64_t{1} << 40) * views;
+    const AccelQuality quality = accel_quality_for(scene, rays, layouts);
+    if (!scene_ || !take_accel(scene, *scene_, layouts, quality)) {
         require_memory(o.device.memory_limit, accel_memory(scene, layouts), "the scene's hierarchy", kSmallerScene);
         build_accel(
-            scene, o.device.threads, [&](double fraction) { load.progress("hierarchy", fraction); }, layouts);
+            scene, o.device.threads, [&](double fraction) { load.progress("hierarchy", fraction); }, layouts, quality);
     }
     monitor("checks", 0);
     check_scene(o.scene, scene, layouts);  // as read_packed_scene() does: numbers that overflowed on the way to float32
@@ -89,14 +92,14 @@ Scene Session::load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts
 #endif
 }
 
-void Session::open(const Options& o, bool both_layouts, const std::function<void()>& leave) {
+void Session::open(const Options& o, std::size_t views, bool both_layouts, const std::function<void()>& leave) {
     stop_if_told();
     const AccelLayouts layouts = both_layouts || !device_   ? AccelLayouts::both
                                  : device_->cpu_traversal() ? AccelLayouts::bvh8
                                                             : AccelLayouts::bvh2;
     StageLog stages(log);
     LoadMonitor monitor(&stages, now());
-    Scene fresh = load(o, monitor, layouts);
+    Scene fresh = load(o, views, monitor, layouts);
     monitor.finish();
     set_rfilter(fresh, o.rfilter);
     phases_ = monitor.phases();

@@ -30,8 +30,8 @@ public:
     /// Loads o.scene in place of the last scene; files that it has read before are not read again, and the hierarchy is
     /// built only if geometry has changed. Says what was loaded. If it is the last scene but for its camera, that one
     /// stays where it is and has the new camera. Otherwise whoever refers to the last scene has to let go of it when
-    /// `leave` is called.
-    void open(const Options& o, bool both_layouts, const std::function<void()>& leave = {});
+    /// `leave` is called. `views`: how many pictures will be rendered of it.
+    void open(const Options& o, std::size_t views, bool both_layouts, const std::function<void()>& leave = {});
     [[nodiscard]] Scene& scene() { return *scene_; }
     /// Hashes of what is in it. Of large scenes they take a while: asked for once a scene.
     [[nodiscard]] const RecordOrigin& origin();
@@ -39,7 +39,7 @@ public:
     [[nodiscard]] std::uint64_t load_peak_bytes() const { return load_peak_bytes_; }
 
 private:
-    Scene load(const Options& o, LoadMonitor& monitor, AccelLayouts layouts);
+    Scene load(const Options& o, std::size_t views, LoadMonitor& monitor, AccelLayouts layouts);
 
     std::optional<Device> device_;
     DeviceOptions device_options_;

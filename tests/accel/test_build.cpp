@@ -100,6 +100,24 @@ TEST(BuildAccel, IsValidForMeshesSoupsAndAnalyticPrimitives) {
     EXPECT_GT(soup.accel.bvh2_triangles.size(), soup.triangles.size());
 }
 
+// Without splits every triangle lies in one leaf.
+TEST(BuildAccel, QuicklyWithoutSplits) {
+    Scene soup = shapes::triangle_soup(20000, 0.2f, 3);
+    build_accel(soup, 0, {}, AccelLayouts::both, AccelQuality::quick);
+    expect_valid(soup);
+    EXPECT_EQ(soup.accel.bvh2_triangles.size(), soup.triangles.size());
+    EXPECT_EQ(soup.accel.quality, AccelQuality::quick);
+}
+
+TEST(BuildAccel, QualityFollowsTheWork) {
+    const Scene small = shapes::mesh_room(10000), large = shapes::mesh_room(100000);
+    EXPECT_EQ(accel_quality_for(small, 1000, AccelLayouts::bvh8), AccelQuality::best);
+    EXPECT_EQ(accel_quality_for(large, 1000000, AccelLayouts::bvh8), AccelQuality::quick);
+    EXPECT_EQ(accel_quality_for(large, 100000000, AccelLayouts::bvh8), AccelQuality::best);
+    EXPECT_EQ(accel_quality_for(large, 100000000, AccelLayouts::bvh2), AccelQuality::quick);
+    EXPECT_EQ(accel_quality_for(large, 1000, AccelLayouts::both), AccelQuality::best);
+}
+
 TEST(BuildAccel, DoesNotDependOnThreads) {
     const tbb::global_control more(tbb::global_control::max_allowed_parallelism, 8);  // also on machines of few cores
     for (const Scene& scene : {shapes::mesh_room(100000), shapes::triangle_soup(30000, 0.2f, 3)}) {
