@@ -72,16 +72,18 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
                   k.support1);
 }
 
-// The node's list, then what was packed of it before, to a range of its own in `packed`; the list is empty then.
-// octree_state counts the entries handed out anew.
-IR_ONCE_FN void pack_node(IR_GLOBAL uint* node, IR_GLOBAL const uint* octree_entries, IR_GLOBAL const RecordKey* record_keys,
-                          const CacheParameters* cache_parameters, IR_GLOBAL const uint* before, IR_GLOBAL uint* packed,
-                          IR_GLOBAL uint* octree_state) {
+// Places of the table that one work-item packs: on CPU devices several, to wait for the memory of all together.
+#ifdef IR_CPU
+#define IR_PACK_NODES 32u
+#else
+#define IR_PACK_NODES 1u
+#endif
+
+// The node's list, of `listed` records, then what was packed of it before, to packed[first] and on; the list is empty then.
+IR_FN void pack_node(IR_GLOBAL uint* node, uint listed, IR_GLOBAL const uint* octree_entries,
+                     IR_GLOBAL const RecordKey* record_keys, const CacheParameters* cache_parameters,
+                     IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, uint first) {
     const uint old_first = node[IR_NODE_PACKED], old_count = node[IR_NODE_PACKED + 1u];
-    uint count = old_count;
-    for (uint link = node[IR_NODE_HEAD]; link != 0u; link = octree_entries[(size_t)2u * (link - 1u) + 1u]) ++count;
-    if (count == 0u) return;
-    const uint first = IR_ATOMIC_ADD(&octree_state[1], count);
     IR_GLOBAL uint* to = packed + (size_t)IR_PACKED_WORDS * first;
     const real3 lo = make_real3(IR_AS_FLOAT(node[IR_NODE_CORNER]), IR_AS_FLOAT(node[IR_NODE_CORNER + 1u]),
                                 IR_AS_FLOAT(node[IR_NODE_CORNER + 2u]));
@@ -96,17 +98,55 @@ IR_ONCE_FN void pack_node(IR_GLOBAL uint* node, IR_GLOBAL const uint* octree_ent
     for (uint i = 0; i < IR_PACKED_WORDS * old_count; ++i) to[i] = from[i];
     node[IR_NODE_HEAD] = 0u;
     node[IR_NODE_PACKED] = first;
-    node[IR_NODE_PACKED + 1u] = count;
+    node[IR_NODE_PACKED + 1u] = listed + old_count;
 }
 
-// One work-item a place in the table.
+// The nodes of `places` places of the table. octree_state counts the entries handed out anew.
+IR_ONCE_FN void pack_nodes(IR_GLOBAL uint* nodes, uint places, IR_GLOBAL const uint* octree_entries,
+                           IR_GLOBAL const RecordKey* record_keys, const CacheParameters* cache_parameters,
+                           IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, IR_GLOBAL uint* octree_state) {
+    uint node[IR_PACK_NODES], link[IR_PACK_NODES], listed[IR_PACK_NODES], count = 0u, all = 0u;
+    for (uint i = 0; i < places; ++i) {
+        IR_GLOBAL const uint* n = nodes + (size_t)IR_NODE_STRIDE * i;
+        if (n[0] == 0u || (n[IR_NODE_HEAD] == 0u && n[IR_NODE_PACKED + 1u] == 0u)) continue;
+        node[count] = i;
+        link[count] = n[IR_NODE_HEAD];
+        listed[count++] = 0u;
+        all += n[IR_NODE_PACKED + 1u];
+    }
+    // All lists at once, an entry each in turn: their cache misses overlap.
+    for (bool more = true; more;) {
+        more = false;
+        for (uint i = 0; i < count; ++i) {
+            if (link[i] == 0u) continue;
+            IR_GLOBAL const uint* entry = octree_entries + (size_t)2u * (link[i] - 1u);
+            IR_GLOBAL const char* key = (IR_GLOBAL const char*)&record_keys[entry[0]];
+            IR_PREFETCH(key);
+            IR_PREFETCH(key + sizeof(RecordKey) - 1u);
+            link[i] = entry[1];
+            if (link[i] != 0u) IR_PREFETCH(octree_entries + (size_t)2u * (link[i] - 1u));
+            ++listed[i];
+            ++all;
+            more = true;
+        }
+    }
+    if (all == 0u) return;
+    uint first = IR_ATOMIC_ADD(&octree_state[1], all);
+    for (uint i = 0; i < count; ++i) {
+        IR_GLOBAL uint* n = nodes + (size_t)IR_NODE_STRIDE * node[i];
+        pack_node(n, listed[i], octree_entries, record_keys, cache_parameters, before, packed, first);
+        first += n[IR_NODE_PACKED + 1u];
+    }
+}
+
+// One work-item IR_PACK_NODES places of the table.
 IR_KERNEL void pack_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL const uint* octree_entries, uint octree_mask,
                             IR_GLOBAL const RecordKey* record_keys, CacheParameters cache_parameters,
                             IR_GLOBAL const uint* before, IR_GLOBAL uint* packed, IR_GLOBAL uint* octree_state) {
-    if (IR_GLOBAL_ID > octree_mask) return;
-    IR_GLOBAL uint* node = octree_nodes + (size_t)IR_NODE_STRIDE * IR_GLOBAL_ID;
-    if (node[0] == 0u) return;
-    pack_node(node, octree_entries, record_keys, &cache_parameters, before, packed, octree_state);
+    const uint first = IR_PACK_NODES * IR_GLOBAL_ID;
+    if (first > octree_mask) return;
+    pack_nodes(octree_nodes + (size_t)IR_NODE_STRIDE * first, min(IR_PACK_NODES, octree_mask + 1u - first), octree_entries,
+               record_keys, &cache_parameters, before, packed, octree_state);
 }
 
 // One work-item a place in the old table: its node moves into a larger one, which is empty.

@@ -23,6 +23,7 @@
 #define IR_NODE_PACKED 3u
 #define IR_NODE_CORNER 5u
 #define IR_NO_NODE 0xffffffffu
+#define IR_OCTREE_CELLS 64u  // cells that a support touches, at most: four along each axis
 #define IR_PACKED_STEPS 16384.0f
 
 // Integer coordinate of x along one axis at the deepest level, clamped to the root cube.
@@ -199,24 +200,30 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
     const uint z1 = octree_coordinate(p.z + reach, cache.origin_z, cache.size) >> shift;
     const float slab =
         0.5f * edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache.coordinate * 1e-6f;
-    // Twice: first all nodes are sent for.
-    for (uint pass = 0u; pass < 2u; ++pass)
-        for (uint z = z0; z <= z1; ++z)
-            for (uint y = y0; y <= y1; ++y)
-                for (uint x = x0; x <= x1; ++x) {
-                    const real3 lo = octree_corner(&cache, edge, x, y, z);
-                    const float half_edge = 0.5f * edge;
-                    const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
-                    if (fabs(dot(middle - p, n)) > slab) continue;
-                    if (cube_distance_squared(p, lo, edge) > reach * reach) continue;
-                    const uint home = octree_home(level, x, y, z, tree->mask);
-                    if (pass == 0u) {
-                        IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * home);
-                        continue;
-                    }
-                    const uint node = octree_make(tree, octree_key(level, x, y, z), home, lo);
-                    if (node != IR_NO_NODE) octree_enter(tree, node, record);
-                }
+    // In three rounds, so that memory is waited for once in each: places of the nodes, the nodes and what they hold, entries.
+    uint homes[IR_OCTREE_CELLS], keys[IR_OCTREE_CELLS], count = 0u;
+    for (uint z = z0; z <= z1; ++z)
+        for (uint y = y0; y <= y1; ++y)
+            for (uint x = x0; x <= x1; ++x) {
+                const real3 lo = octree_corner(&cache, edge, x, y, z);
+                const float half_edge = 0.5f * edge;
+                const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
+                if (fabs(dot(middle - p, n)) > slab) continue;
+                if (cube_distance_squared(p, lo, edge) > reach * reach) continue;
+                const uint home = octree_home(level, x, y, z, tree->mask);
+                IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * home);
+                homes[count] = home;
+                keys[count++] = (x - x0) | ((y - y0) << 8) | ((z - z0) << 16);
+            }
+    for (uint i = 0; i < count; ++i) {
+        const uint x = x0 + (keys[i] & 255u), y = y0 + ((keys[i] >> 8) & 255u), z = z0 + (keys[i] >> 16);
+        homes[i] = octree_make(tree, octree_key(level, x, y, z), homes[i], octree_corner(&cache, edge, x, y, z));
+        if (homes[i] == IR_NO_NODE) continue;
+        const uint head = tree->nodes[(size_t)IR_NODE_STRIDE * homes[i] + IR_NODE_HEAD];
+        if (head != 0u) IR_PREFETCH(tree->entries + (size_t)2u * (head - 1u));
+    }
+    for (uint i = 0; i < count; ++i)
+        if (homes[i] != IR_NO_NODE) octree_enter(tree, homes[i], record);
     IR_ATOMIC_OR(&tree->state[3], 1u << level);
 }
 #endif
