@@ -149,6 +149,12 @@ IR_FN uint octree_make(const OctreeMemory* tree, OctreeKey key, uint home, real3
     }
 }
 
+// Sends for the head of a node's list, which is read next. Others may set it meanwhile: then that was in vain.
+IR_FN void octree_send_for(const OctreeMemory* tree, uint node) {
+    const uint head = tree->nodes[(size_t)IR_NODE_STRIDE * node + IR_NODE_HEAD];
+    if (head != 0u) IR_PREFETCH(tree->entries + (size_t)2u * (head - 1u));
+}
+
 // Enters record into node's list at its place; returns 0 if the entries are used up. Lock-free: a lost race retries.
 IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record) {
     uint entry = 0xffffffffu;
@@ -218,9 +224,7 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
     for (uint i = 0; i < count; ++i) {
         const uint x = x0 + (keys[i] & 255u), y = y0 + ((keys[i] >> 8) & 255u), z = z0 + (keys[i] >> 16);
         homes[i] = octree_make(tree, octree_key(level, x, y, z), homes[i], octree_corner(&cache, edge, x, y, z));
-        if (homes[i] == IR_NO_NODE) continue;
-        const uint head = tree->nodes[(size_t)IR_NODE_STRIDE * homes[i] + IR_NODE_HEAD];
-        if (head != 0u) IR_PREFETCH(tree->entries + (size_t)2u * (head - 1u));
+        if (homes[i] != IR_NO_NODE) octree_send_for(tree, homes[i]);
     }
     for (uint i = 0; i < count; ++i)
         if (homes[i] != IR_NO_NODE) octree_enter(tree, homes[i], record);
