@@ -23,7 +23,7 @@
 #define IR_NODE_PACKED 3u
 #define IR_NODE_CORNER 5u
 #define IR_NO_NODE 0xffffffffu
-#define IR_OCTREE_CELLS 64u  // cells that a support touches, at most: four along each axis
+#define IR_OCTREE_CELLS 32u  // entered at a time; most supports touch 27 at most
 #define IR_PACKED_STEPS 16384.0f
 
 // Integer coordinate of x along one axis at the deepest level, clamped to the root cube.
@@ -188,6 +188,25 @@ IR_FN float cube_distance_squared(real3 p, real3 lo, float edge) {
     return dx * dx + dy * dy + dz * dz;
 }
 
+typedef struct OctreePlace {
+    uint x, y, z, slot;  // a cell, and where its node is or is looked for first
+} OctreePlace;
+
+// Enters record into the nodes of `count` cells of a level. In two rounds, so that memory is waited for once in each: the
+// nodes, which have been sent for, and the heads of their lists.
+IR_FN void octree_enter_cells(const OctreeMemory* tree, const CacheParameters* cache, uint level, OctreePlace* places,
+                              uint count, uint record) {
+    const float edge = octree_edge(cache, level);
+    for (uint i = 0; i < count; ++i) {
+        OctreePlace* c = &places[i];
+        c->slot = octree_make(tree, octree_key(level, c->x, c->y, c->z), c->slot,
+                              octree_corner(cache, edge, c->x, c->y, c->z));
+        if (c->slot != IR_NO_NODE) octree_send_for(tree, c->slot);
+    }
+    for (uint i = 0; i < count; ++i)
+        if (places[i].slot != IR_NO_NODE) octree_enter(tree, places[i].slot, record);
+}
+
 // Enters record (position p, normal n, support) into every node of its level that its support reaches. Points far off
 // the tangent plane are never covered (weights shrink along the normal as along support1), so that nodes which lie
 // entirely farther than `thickness` from it are left out.
@@ -206,8 +225,8 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
     const uint z1 = octree_coordinate(p.z + reach, cache.origin_z, cache.size) >> shift;
     const float slab =
         0.5f * edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache.coordinate * 1e-6f;
-    // In three rounds, so that memory is waited for once in each: places of the nodes, the nodes and what they hold, entries.
-    uint homes[IR_OCTREE_CELLS], keys[IR_OCTREE_CELLS], count = 0u;
+    OctreePlace places[IR_OCTREE_CELLS];
+    uint count = 0u;
     for (uint z = z0; z <= z1; ++z)
         for (uint y = y0; y <= y1; ++y)
             for (uint x = x0; x <= x1; ++x) {
@@ -216,18 +235,16 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
                 const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
                 if (fabs(dot(middle - p, n)) > slab) continue;
                 if (cube_distance_squared(p, lo, edge) > reach * reach) continue;
-                const uint home = octree_home(level, x, y, z, tree->mask);
-                IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * home);
-                homes[count] = home;
-                keys[count++] = (x - x0) | ((y - y0) << 8) | ((z - z0) << 16);
+                if (count == IR_OCTREE_CELLS) {  // the rounding allowance is large beside the support
+                    octree_enter_cells(tree, &cache, level, places, count, record);
+                    count = 0u;
+                }
+                OctreePlace* c = &places[count++];
+                c->x = x, c->y = y, c->z = z;
+                c->slot = octree_home(level, x, y, z, tree->mask);
+                IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * c->slot);
             }
-    for (uint i = 0; i < count; ++i) {
-        const uint x = x0 + (keys[i] & 255u), y = y0 + ((keys[i] >> 8) & 255u), z = z0 + (keys[i] >> 16);
-        homes[i] = octree_make(tree, octree_key(level, x, y, z), homes[i], octree_corner(&cache, edge, x, y, z));
-        if (homes[i] != IR_NO_NODE) octree_send_for(tree, homes[i]);
-    }
-    for (uint i = 0; i < count; ++i)
-        if (homes[i] != IR_NO_NODE) octree_enter(tree, homes[i], record);
+    octree_enter_cells(tree, &cache, level, places, count, record);
     IR_ATOMIC_OR(&tree->state[3], 1u << level);
 }
 #endif

@@ -69,6 +69,17 @@ TEST(TakeAccel, OnlyTheLayoutAskedFor) {
     }
 }
 
+TEST(TakeAccel, OnlyTheQualityAskedFor) {
+    Scene from = some_scene(), to = some_scene(), built = some_scene();
+    build_accel(from, 0, {}, AccelLayouts::both, AccelQuality::quick);
+    build_accel(built, 0, {}, AccelLayouts::both, AccelQuality::quick);
+    EXPECT_FALSE(take_accel(to, from));
+    expect_same(from.accel, built.accel);
+    ASSERT_TRUE(take_accel(to, from, AccelLayouts::both, AccelQuality::quick));
+    expect_same(to.accel, built.accel);
+    EXPECT_EQ(to.accel.quality, AccelQuality::quick);
+}
+
 /// `change` makes the hierarchy another one, and nothing is moved then.
 template <class F>
 void expect_not_taken(const F& change) {

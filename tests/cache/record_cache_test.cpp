@@ -42,8 +42,9 @@ std::vector<Record> random_records(std::size_t count, float size, unsigned seed,
 
 class Cache {
 public:
-    Cache(const std::vector<Record>& records, float size, std::size_t batch)
-        : device_({}), cache_(device_, settings(size)) {
+    /// Records in a cube of edge `size`, whose lower corner lies at `corner` along each axis.
+    Cache(const std::vector<Record>& records, float size, std::size_t batch, float corner = 0)
+        : device_({}), cache_(device_, settings(size, corner)) {
         for (std::size_t first = 0; first < records.size(); first += batch) {
             const std::size_t n = std::min(batch, records.size() - first);
             const std::uint32_t at = cache_.reserve(n);
@@ -86,10 +87,10 @@ public:
     }
 
 private:
-    static CacheSettings settings(float size) {
+    static CacheSettings settings(float size, float corner = 0) {
         CacheSettings s;
-        s.lower = {0, 0, 0};
-        s.upper = {size, size, size};
+        s.lower = {corner, corner, corner};
+        s.upper = {corner + size, corner + size, corner + size};
         s.clamp_slope = 0;
         return s;
     }
@@ -135,6 +136,23 @@ TEST(RecordCache, AnswersWhatASearchOverAllRecordsAnswers) {
 }
 
 // 60 000 records: ten times the first capacities of records, nodes and entries.
+// Far from the origin what rounding may do to a coordinate is more than a small support: it touches hundreds of cells.
+TEST(RecordCache, FarFromTheOrigin) {
+    constexpr float corner = 1000;
+    auto records = random_records(200, 1.0f, 11);
+    for (Record& r : records) {
+        r.key.support1 = 2.5e-4f + 8e-4f * r.key.support1;  // rounding: up to 1e-3
+        r.key.support2 = 1.5f * r.key.support1;
+    }
+    auto points = points_near(records, 4000, 1.0f, 12);
+    for (Record& r : records) r.key.px += corner, r.key.py += corner, r.key.pz += corner;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (i % 6 < 3) points[i] += corner;
+    Cache cache(records, 1.0f, 64, corner);
+    EXPECT_GT(cache.cache().octree().entries, 64 * records.size());
+    expect_same(cache.look_up(points, false), cache.look_up(points, true));
+}
+
 TEST(RecordCache, GrowsAndLosesNothing) {
     const auto records = random_records(60000, 1, 3, 0.03f);
     Cache cache(records, 1, 30000);
