@@ -135,7 +135,6 @@ TEST(RecordCache, AnswersWhatASearchOverAllRecordsAnswers) {
     }
 }
 
-// 60 000 records: ten times the first capacities of records, nodes and entries.
 // Far from the origin what rounding may do to a coordinate is more than a small support: it touches hundreds of cells.
 TEST(RecordCache, FarFromTheOrigin) {
     constexpr float corner = 1000;
@@ -153,6 +152,7 @@ TEST(RecordCache, FarFromTheOrigin) {
     expect_same(cache.look_up(points, false), cache.look_up(points, true));
 }
 
+// 60 000 records: ten times the first capacities of records, nodes and entries.
 TEST(RecordCache, GrowsAndLosesNothing) {
     const auto records = random_records(60000, 1, 3, 0.03f);
     Cache cache(records, 1, 30000);
