@@ -10,7 +10,9 @@
 #include "core/memory.h"
 #include "device/compile_program.h"
 #include "device/compilers.h"
+#include "device/driver_cache.h"
 #include "device/kernel_source.h"
+#include "device/pocl_binary.h"
 #include "device/program_cache.h"
 #include "device/session.h"
 #include "irradia/Error.h"
@@ -152,8 +154,11 @@ struct Device::Impl {
 
     /// A program compiled by an earlier run; null if there is none that this device takes.
     [[nodiscard]] cl_program stored(const std::string& key, const std::string& options) const {
-        const std::vector<unsigned char> binary = device::load_program(key);
+        std::vector<unsigned char> binary = device::load_program(key);
         if (binary.empty()) return nullptr;
+        // PoCL puts kernels back into files of its own; those of the program as it is may be there already.
+        if (device::takes_generic_kernels() && device::driver_cache_fault(session->device.description).empty())
+            binary = device::without_llvm_code(std::move(binary));
         const unsigned char* data = binary.data();
         const std::size_t length = binary.size();
         cl_int taken = CL_SUCCESS, status = CL_SUCCESS;

@@ -27,22 +27,27 @@ std::filesystem::path folder() {
 
 }  // namespace
 
-void check_driver_cache(const DeviceDescription& device) {
-    if (device.platform != "Portable Computing Language") return;
+std::string driver_cache_fault(const DeviceDescription& device) {
+    if (device.platform != "Portable Computing Language") return {};
     const std::filesystem::path path = folder();
     std::error_code ignored;
-    if (path.empty() || !std::filesystem::is_directory(path, ignored)) return;  // it may have found another place
-    const auto fail = [&](const std::string& what) {
-        throw Error(path.string() + ": the driver cannot compile kernels there: " + what +
-                    " (POCL_CACHE_DIR names another folder)");
+    if (path.empty() || !std::filesystem::is_directory(path, ignored)) return {};  // it may have found another place
+    const auto fault = [&](const std::string& what) {
+        return path.string() + ": the driver cannot compile kernels there: " + what +
+               " (POCL_CACHE_DIR names another folder)";
     };
-    if (::access(path.c_str(), W_OK) != 0) fail(std::strerror(errno));
+    if (::access(path.c_str(), W_OK) != 0) return fault(std::strerror(errno));
     struct statvfs disk {};
-    if (::statvfs(path.c_str(), &disk) != 0) return;
+    if (::statvfs(path.c_str(), &disk) != 0) return {};
     const std::uint64_t left = std::uint64_t{disk.f_bavail} * disk.f_frsize;
-    if (left < least_bytes)
-        fail("found " + std::to_string(left >> 10) + " KiB of free space, expected " +
-             std::to_string(least_bytes >> 10));
+    if (left >= least_bytes) return {};
+    return fault("found " + std::to_string(left >> 10) + " KiB of free space, expected " +
+                 std::to_string(least_bytes >> 10));
+}
+
+void check_driver_cache(const DeviceDescription& device) {
+    const std::string fault = driver_cache_fault(device);
+    if (!fault.empty()) throw Error(fault);
 }
 
 }  // namespace irradia::device

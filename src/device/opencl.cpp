@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 
 #include "irradia/Error.h"
 
@@ -40,8 +41,10 @@ std::string platform_name(cl_platform_id id) {
 /// PoCL compiles a kernel anew for every group size, for small and for large launches, and once more, for any of them,
 /// when it gives a program out for the cache. That last version serves all of them and takes no longer to run: without
 /// the others a first run takes half the time. Whoever wants them sets the variable.
+constexpr const char* specialization = "POCL_WORK_GROUP_SPECIALIZATION";
+
 void prefer_generic_kernels() {
-    [[maybe_unused]] static const int done = setenv("POCL_WORK_GROUP_SPECIALIZATION", "0", 0);
+    [[maybe_unused]] static const int done = setenv(specialization, "0", 0);
 }
 
 std::string table(const std::vector<FoundDevice>& devices) {
@@ -54,6 +57,11 @@ std::string table(const std::vector<FoundDevice>& devices) {
 }
 
 }  // namespace
+
+bool takes_generic_kernels() {
+    const char* const value = std::getenv(specialization);
+    return value != nullptr && std::string_view(value) == "0";
+}
 
 std::string status_name(cl_int status) {
 #define IR_STATUS(s) \

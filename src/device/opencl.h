@@ -29,6 +29,9 @@ struct FoundDevice {
 /// one.
 std::vector<FoundDevice> find_devices();
 
+/// Does PoCL make kernels for any group size only? So that it needs their source no more once they are compiled.
+bool takes_generic_kernels();
+
 /// The device that `select` means (DeviceOptions::select). The first match counts. Throws Error, listing
 /// what there is, if none matches.
 FoundDevice select_device(const std::string& select);
