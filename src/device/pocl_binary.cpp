@@ -12,13 +12,13 @@ namespace {
 // Little-endian, without gaps:
 //     8 bytes magic, 8 device, u32 format, u32 kernels, 8 flags, u32 files of the program itself
 //     41 bytes: the folder of PoCL's cache that the files are put back to, "AB/CDEF...", with a 0 at the end
+//     from format 10 on: u64 bytes of the program's variables
 //     u64 bytes of the program's files, which follow: one, the LLVM code
 //     for each kernel: u64 bytes of all this, u64 bytes of its files; u32; its name; its arguments; its files
 // where a name is a u32 and so many characters, and a file a name (its path) and a u32 with so many bytes.
 constexpr char magic[] = "poclbin";
-constexpr std::uint32_t known_format = 9, only_llvm_code = 1;
+constexpr std::uint32_t first_format = 9, last_format = 11, only_llvm_code = 1;  // of PoCL 3.1 to 5
 constexpr std::size_t format_at = 16, kernels_at = 20, files_at = 32, folder_at = 36, folder_length = 41;
-constexpr std::size_t sizes_at = folder_at + folder_length, code_at = sizes_at + sizeof(std::uint64_t);
 constexpr std::string_view code_name = "/program.bc";
 
 /// Reads what lies at `at` and on; nothing once that is beyond the end.
@@ -82,19 +82,31 @@ bool is_folder(std::string_view text) {
     return true;
 }
 
+/// Where the size of the program's files is, of a binary that is known and has neither variables nor other files.
+std::optional<std::size_t> sizes_place(const std::vector<unsigned char>& binary) {
+    constexpr std::size_t at = folder_at + folder_length;
+    if (binary.size() < at + 2 * sizeof(std::uint64_t) || std::memcmp(binary.data(), magic, sizeof magic) != 0 ||
+        number_at<std::uint32_t>(binary, files_at) != only_llvm_code ||
+        !is_folder({reinterpret_cast<const char*>(binary.data()) + folder_at, folder_length}))
+        return std::nullopt;
+    const auto format = number_at<std::uint32_t>(binary, format_at);
+    if (format < first_format || format > last_format) return std::nullopt;
+    if (format == first_format) return at;
+    if (number_at<std::uint64_t>(binary, at) != 0) return std::nullopt;
+    return at + sizeof(std::uint64_t);
+}
+
 }  // namespace
 
 std::vector<unsigned char> without_llvm_code(std::vector<unsigned char> binary) {
-    if (binary.size() < code_at || std::memcmp(binary.data(), magic, sizeof magic) != 0 ||
-        number_at<std::uint32_t>(binary, format_at) != known_format ||
-        number_at<std::uint32_t>(binary, files_at) != only_llvm_code ||
-        !is_folder({reinterpret_cast<const char*>(binary.data()) + folder_at, folder_length}))
-        return binary;
+    const std::optional<std::size_t> sizes_at = sizes_place(binary);
+    if (!sizes_at) return binary;
+    const std::size_t code_at = *sizes_at + sizeof(std::uint64_t);
     Reader reader(binary, code_at, binary.size());
     const auto name = reader.text(), code = reader.text();
     if (!name || !code || *name != code_name || code->empty()) return binary;
     const std::size_t code_end = reader.at();
-    if (number_at<std::uint64_t>(binary, sizes_at) != code_end - code_at) return binary;
+    if (number_at<std::uint64_t>(binary, *sizes_at) != code_end - code_at) return binary;
     std::size_t end = code_end;
     for (std::uint32_t left = number_at<std::uint32_t>(binary, kernels_at); left > 0; --left) {
         const auto next = kernel_end(binary, end);
@@ -112,7 +124,7 @@ std::vector<unsigned char> without_llvm_code(std::vector<unsigned char> binary) 
     std::memcpy(binary.data() + last + 1, &one, sizeof one);
     const std::size_t content = last + 1 + sizeof one;
     const std::uint64_t bytes = content + one - code_at;
-    std::memcpy(binary.data() + sizes_at, &bytes, sizeof bytes);
+    std::memcpy(binary.data() + *sizes_at, &bytes, sizeof bytes);
     binary.erase(binary.begin() + static_cast<std::ptrdiff_t>(content + one),
                  binary.begin() + static_cast<std::ptrdiff_t>(code_end));
     return binary;
