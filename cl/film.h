@@ -47,6 +47,31 @@ IR_FN void pixel_add(PixelSum* sum, const Surface* f, float t, real3 direct, rea
 #endif
 }
 
+// Sums of a pixel's samples: tiles of several tell two halves of a launch apart, where the host asks for that.
+#if IR_TILE > 1
+#define IR_SUMS 2u
+// Of sample i of a tile whose samples from `second` on are of the second half.
+#define IR_SUM_OF(i, second) ((i) >= (second) ? 1u : 0u)
+#else
+#define IR_SUMS 1u
+#define IR_SUM_OF(i, second) 0u
+#endif
+
+// Both halves together.
+IR_FN PixelSum pixel_whole(const PixelSum* sums) {
+    PixelSum whole = sums[0];
+#if IR_TILE > 1
+    whole.direct += sums[1].direct;
+    whole.indirect += sums[1].indirect;
+#ifdef IR_AOVS
+    whole.albedo += sums[1].albedo;
+    whole.normal += sums[1].normal;
+    whole.depth += sums[1].depth;
+#endif
+#endif
+    return whole;
+}
+
 IR_FN void pixel_store(const PixelSum* sum, IR_GLOBAL float* film, uint slot) {
     IR_GLOBAL float* out = film + slot * IR_FILM_CHANNELS;
     out[0] = sum->direct.x;

@@ -19,7 +19,7 @@ IR_KERNEL void gather_points(IR_SCENE_ARGS, IR_GLOBAL float* film, IR_GLOBAL Sha
     Grid grid;
     grid.parameters = 0;
     grid.cells = 0;
-    shade_tile(&s, &grid, 0, pixel, sample, 1u, edges, seed, false, &sum, samples, &rays);
+    shade_tile(&s, &grid, 0, pixel, sample, 1u, edges, seed, false, 1u, &sum, samples, &rays);
     pixel_store(&sum, film, slot);
     const real3 albedo = samples[0].weight;
     points[slot].state = IR_POINT_NONE;

@@ -44,11 +44,13 @@ IR_FN Surface lobe_patch(const TileSample* samples, uint i, uint count, float pi
     return f;
 }
 
-// Radiance of a tile's lobes that records answer, summed; *uncovered: the first sample that no record reaches and that
+// Radiance of a tile's lobes that records answer, added to sums; *uncovered: the first sample that no record reaches and that
 // ought to have one, or `count`.
-IR_FN real3 lobes_tile(const SceneData* s, const Caches* caches, const Grid* grid, const TileSample* samples, uint count,
-                       bool requests, uint edges, Rng* rng, LobeMemo* memo, uint* uncovered, RayCount* rays) {
-    real3 indirect = black();
+IR_FN void lobes_tile(const SceneData* s, const Caches* caches, const Grid* grid, const TileSample* samples, uint count,
+                      uint second, PixelSum* sums, bool requests, uint edges, Rng* rng, LobeMemo* memo, uint* uncovered,
+                      RayCount* rays) {
+    real3 indirect[IR_SUMS];
+    for (uint k = 0; k < IR_SUMS; ++k) indirect[k] = black();
     *uncovered = count;
     for (uint i = 0; i < count; ++i) {
         if (is_zero(samples[i].throughput)) continue;
@@ -64,7 +66,7 @@ IR_FN real3 lobes_tile(const SceneData* s, const Caches* caches, const Grid* gri
             const bool found = radiance_lookup(caches->radiance, &patch, patch.p, &radiance) ||
                                radiance_lookup(caches->radiance, f, f->p, &radiance);
             if (!found && (samples[i].behind || !requests)) {
-                indirect += samples[i].throughput * sampled_lobe(s, grid, caches, f, edges, rng, rays);
+                indirect[IR_SUM_OF(i, second)] += samples[i].throughput * sampled_lobe(s, grid, caches, f, edges, rng, rays);
                 continue;
             }
             if (!found && *uncovered == count) *uncovered = i;
@@ -73,8 +75,8 @@ IR_FN real3 lobes_tile(const SceneData* s, const Caches* caches, const Grid* gri
                 memo->radiance[memo->count++] = radiance;
             }
         }
-        indirect += samples[i].throughput * f->specular * radiance;
+        indirect[IR_SUM_OF(i, second)] += samples[i].throughput * f->specular * radiance;
     }
-    return indirect;
+    for (uint k = 0; k < IR_SUMS; ++k) sums[k].indirect += indirect[k];
 }
 #endif

@@ -75,12 +75,12 @@ IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState*
     return reflects(&path->surface);
 }
 
-// Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to `sum` and leaves the
-// surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters only, 1 = + direct light. `known`: direct
-// light is known, what sum->direct gets is not all of it.
+// Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to sums[0], of samples from
+// first + second on to sums[1], and leaves the surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters
+// only, 1 = + direct light. `known`: direct light is known, what the sums' `direct` gets is not all of it.
 IR_ONCE_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches, uint pixel, uint first,
-                           uint count, uint edges, uint seed, const bool known, PixelSum* sum, TileSample* samples,
-                           RayCount* rays) {
+                           uint count, uint edges, uint seed, const bool known, uint second, PixelSum* sums,
+                           TileSample* samples, RayCount* rays) {
     CameraTile tile;
     float light_u[IR_TILE], light_v[IR_TILE];
     PathState paths[IR_TILE];  // those that reflect, with their light samples' random numbers moved down beside them
@@ -88,6 +88,7 @@ IR_ONCE_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* c
     tile_samples(s, pixel, first, count, seed, &tile, light_u, light_v);
     for (uint i = 0; i < count; ++i) {
         TileSample* t = &samples[i];
+        PixelSum* sum = &sums[IR_SUM_OF(i, second)];
         t->weight = black();
 #if IR_LOBES
         t->throughput = black();
@@ -118,6 +119,7 @@ IR_ONCE_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* c
     real3 direct[IR_TILE];
     const uint on = direct_tile(s, paths, lit, light_u, light_v, seed, pixel, indices, known, direct, rays);
     for (uint i = 0; i < lit; ++i) {
+        PixelSum* sum = &sums[IR_SUM_OF(indices[i] - first, second)];
         sum->direct += direct[i];
         if (!((on >> i) & 1u)) continue;
         Rng rng = rng_make(seed ^ 0x676c6f73u, pixel, indices[i]);

@@ -17,21 +17,23 @@
 // Flags of shade_pixels.
 #define IR_SHADE_REQUESTS 1u      // pixels that miss a record ask for it; otherwise they take samples
 #define IR_SHADE_KNOWN_DIRECT 2u  // the film knows their direct light: it is not sampled
+#define IR_SHADE_HALVES 4u        // the luminance of the first half of the samples less that of the other is wanted
 
 // Whether anything may take samples: without mirrors and glass nothing does until requests are off (-D IR_NO_REQUESTS=1).
 #define IR_TAKES_SAMPLES ((IR_FEATURES & IR_FEATURE_BSDFS) || IR_NO_REQUESTS)
 
 // A patch: the samples of a tile that share a look-up.
 typedef struct Patch {
-    real3 centroid, weight_sum;
+    real3 centroid, weight_sums[IR_SUMS];
 } Patch;
 
 // The patch that begins with sample i; marks its samples in *done.
-IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, float pixel_width, uint* done) {
+IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, uint second, float pixel_width, uint* done) {
     Patch patch;
     const Surface* first = &samples[i].surface;
     patch.centroid = first->p;
-    patch.weight_sum = samples[i].weight;
+    for (uint k = 0; k < IR_SUMS; ++k) patch.weight_sums[k] = black();
+    patch.weight_sums[IR_SUM_OF(i, second)] = samples[i].weight;
 #if IR_SHARE_LOOKUPS
     uint members = 1u;
     for (uint j = i + 1u; j < count; ++j) {
@@ -39,7 +41,7 @@ IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, float pixe
         if (((*done >> j) & 1u) || !wants_lookup(&samples[j]) ||
             !on_patch(first->p, first->ns, coat_of(first), pixel_width, other))
             continue;
-        patch.weight_sum += samples[j].weight;
+        patch.weight_sums[IR_SUM_OF(j, second)] += samples[j].weight;
         patch.centroid += other->p;
         ++members;
         *done |= 1u << j;
@@ -49,17 +51,19 @@ IR_FN Patch take_patch(const TileSample* samples, uint i, uint count, float pixe
     return patch;
 }
 
-// Indirect radiance of a tile's samples, summed; *uncovered: the first sample whose patch finds no record and ought to
-// have one, or `count`.
-IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Grid* grid, const TileSample* samples,
-                               uint count, bool requests, uint edges, Rng* rng, uint* uncovered, RayCount* rays) {
-    real3 indirect = make_real3(0.0f, 0.0f, 0.0f);
+// Indirect radiance of a tile's samples, added to sums; *uncovered: the first sample whose patch finds no record and ought
+// to have one, or `count`.
+IR_ONCE_FN void indirect_tile(const SceneData* s, const Cache* cache, const Grid* grid, const TileSample* samples,
+                              uint count, uint second, PixelSum* sums, bool requests, uint edges, Rng* rng,
+                              uint* uncovered, RayCount* rays) {
+    real3 indirect[IR_SUMS];
+    for (uint k = 0; k < IR_SUMS; ++k) indirect[k] = black();
     uint done = 0u;
     *uncovered = count;
     for (uint i = 0; i < count; ++i) {
         if (((done >> i) & 1u) || !wants_lookup(&samples[i])) continue;
         const Surface* f = &samples[i].surface;
-        const Patch patch = take_patch(samples, i, count, s->info->camera.pixel_size * samples[i].depth, &done);
+        const Patch patch = take_patch(samples, i, count, second, s->info->camera.pixel_size * samples[i].depth, &done);
         real3 e;
         const bool found = patch_lookup(cache, patch.centroid, f->p, f->ns, coat_of(f), &e);
 #if IR_TAKES_SAMPLES
@@ -69,9 +73,9 @@ IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Gri
 #endif
         if (!found && *uncovered == count)
             *uncovered = i;
-        indirect += patch.weight_sum * e * IR_INV_PI;
+        for (uint k = 0; k < IR_SUMS; ++k) indirect[k] += patch.weight_sums[k] * e * IR_INV_PI;
     }
-    return indirect;
+    for (uint k = 0; k < IR_SUMS; ++k) sums[k].indirect += indirect[k];
 }
 
 #if IR_LOBES
@@ -84,14 +88,15 @@ IR_ONCE_FN real3 indirect_tile(const SceneData* s, const Cache* cache, const Gri
 #define IR_LOBE_POINTS_PASSED
 #endif
 
-// All samples of a pixel of this launch; what they sum up to goes to its slot of the film.
+// All samples of a pixel of this launch; what they sum up to goes to its slot of the film, and to *halves by how much their
+// halves differ.
 IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches* caches, const Grid* grid, uint pixel,
-                            uint slot, IR_GLOBAL float* film, IR_GLOBAL ShadingPoint* points,
+                            uint slot, IR_GLOBAL float* film, IR_GLOBAL float* halves, IR_GLOBAL ShadingPoint* points,
                             IR_LOBE_POINTS IR_GLOBAL uint* ray_counts, uint first_sample, uint sample_count, uint edges,
                             uint flags, uint seed) {
     const bool requests = (flags & IR_SHADE_REQUESTS) != 0u;
-    PixelSum sum;
-    pixel_clear(&sum);
+    PixelSum sums[IR_SUMS];
+    for (uint k = 0; k < IR_SUMS; ++k) pixel_clear(&sums[k]);
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     bool missed = false, lobe_missed = false;
@@ -106,8 +111,9 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
     for (uint i = 0; i < sample_count; i += IR_TILE) {
         TileSample samples[IR_TILE];
         const uint first = first_sample + i, count = min((uint)IR_TILE, sample_count - i);
-        shade_tile(s, grid, caches, pixel, first, count, edges, seed, (flags & IR_SHADE_KNOWN_DIRECT) != 0u, &sum, samples,
-                   &rays);
+        const uint second = (flags & IR_SHADE_HALVES) != 0u ? max(sample_count / 2u, i) - i : count;
+        shade_tile(s, grid, caches, pixel, first, count, edges, seed, (flags & IR_SHADE_KNOWN_DIRECT) != 0u, second, sums,
+                   samples, &rays);
         if (edges < 2u) continue;
 #if IR_OPEN_PATCHES
         // What is seen through mirrors and glass, or takes samples, asks at once.
@@ -116,16 +122,15 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
 #endif
         Rng rng = rng_make(seed ^ 0x6c6f6f6bu, pixel, first);
         uint uncovered;
-        sum.indirect += indirect_tile(s, cache, grid, samples, count, requests, edges_left(edges, 1u), &rng,
-                                      &uncovered, &rays);
+        indirect_tile(s, cache, grid, samples, count, second, sums, requests, edges_left(edges, 1u), &rng, &uncovered, &rays);
         if (uncovered < count && !missed) {
             const ShadingPoint q = sample_point(s, &samples[uncovered], pixel);
             push_point(points, &q);
             missed = true;
         }
 #if IR_LOBES
-        sum.indirect += lobes_tile(s, caches, grid, samples, count, requests, edges_left(edges, 1u), &rng, &memo,
-                                   &uncovered, &rays);
+        lobes_tile(s, caches, grid, samples, count, second, sums, requests, edges_left(edges, 1u), &rng, &memo, &uncovered,
+                   &rays);
         if (uncovered < count && !lobe_missed) {
             const ShadingPoint q = make_shading_point(s->info, &samples[uncovered].surface, samples[uncovered].direction,
                                                       samples[uncovered].depth, pixel, true);
@@ -137,14 +142,19 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
 #if IR_OPEN_PATCHES
     for (uint i = 0; i < open.count; ++i) {
         bool found;
-        sum.indirect += patch_radiance(cache, &open.patches[i], &found);
+        sums[0].indirect += patch_radiance(cache, &open.patches[i], &found);
         if (found || missed) continue;
         push_point(points, &open.patches[i].first);
         missed = true;
     }
 #endif
     if (missed || lobe_missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
-    pixel_store(&sum, film, slot);
+    const PixelSum whole = pixel_whole(sums);
+    pixel_store(&whole, film, slot);
+#if IR_TILE > 1
+    if ((flags & IR_SHADE_HALVES) != 0u)
+        *halves = luminance(sums[0].direct + sums[0].indirect) - luminance(sums[1].direct + sums[1].indirect);
+#endif
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
     IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
@@ -169,6 +179,6 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
 #else
     caches.none = 0u;
 #endif
-    shade_pixel(&s, &cache, &caches, &grid, pixels[slot], slot, film, points, IR_LOBE_POINTS_PASSED ray_counts, first_sample,
-                sample_count, edges, flags, seed);
+    shade_pixel(&s, &cache, &caches, &grid, pixels[slot], slot, film, film + IR_FILM_CHANNELS * pixel_count + slot, points,
+                IR_LOBE_POINTS_PASSED ray_counts, first_sample, sample_count, edges, flags, seed);
 }

@@ -126,7 +126,7 @@ std::vector<std::uint32_t> CachingRenderer::Caching::go_on(Film& film) {
             run_.phase("records");
         }
         schedule_.emplace(static_cast<int>(run_.scene.info.width), static_cast<int>(run_.scene.info.height), run_.spp(),
-                          run_.settings.pixel_error, run_.device.host_threads());
+                          run_.settings.pixel_error, run_.device.host_threads(), run_.device.tile() > 1);
         if (!counted_.empty()) schedule_->spare(counted_, spared_spp_);
         stage_ = Stage::samples;
     }
@@ -215,7 +215,7 @@ void CachingRenderer::Caching::state(Checkpoint& c) {
     if (c.has(schedule_, [&] { schedule_.emplace(1, 1, 1, 0.0, run_.device.host_threads()); })) schedule_->state(c);
     if (c.has(sweep_, [&] { sweep_.emplace(); })) {
         Sweep& s = *sweep_;
-        c(s.pixels)(s.begin)(s.end)(s.known)(s.first)(s.sample);
+        c(s.pixels)(s.begin)(s.end)(s.known)(s.halves)(s.first)(s.sample);
         c(s.missed)(s.missed_lobes)(s.earlier)(s.earlier_lobes);
     }
     if (!c.reading()) return;

@@ -55,6 +55,7 @@ private:
         std::vector<std::uint32_t> pixels;
         std::uint32_t begin = 0, end = 0;
         std::uint8_t known = 0;                        // the film has all but the samples' indirect light
+        std::uint8_t halves = 0;                       // the film is to know how they differ
         std::uint64_t first = 0;                       // of pixels: the present launch's
         std::uint32_t sample = 0;                      // its next one
         Missed missed, missed_lobes;                   // of irradiance, and of radiance: the first place of each pixel
@@ -85,7 +86,8 @@ private:
     std::vector<std::uint32_t> shade(Film& film);
     void shade_pass(Film& film);
     void sweep(Film& film);
-    void start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end, bool known);
+    void start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end, bool known,
+                    bool halves = false);
     Launch& launch(const Film& film);
 
     Run& run_;

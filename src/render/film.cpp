@@ -47,6 +47,13 @@ void Film::add_indirect(std::span<const float> sums, const std::vector<std::uint
     });
 }
 
+void Film::set_halves(std::span<const float> differences, const std::vector<std::uint32_t>& pixels) {
+    if (halves_.empty()) halves_ = filled(threads_, count_.size(), 0.0f);
+    in_ranges(threads_, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) halves_[pixels[i]] = differences[i];
+    });
+}
+
 void Film::clear_indirect(std::uint32_t pixel) { std::fill_n(&sum_[pixel * channels_ + 3], 3, 0.0); }
 
 void Film::clear(std::uint32_t pixel) {

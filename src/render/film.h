@@ -29,6 +29,10 @@ public:
     /// Indirect light of samples whose other channels the film holds already, after clear_indirect().
     void add_indirect(std::span<const float> sums, const std::vector<std::uint32_t>& pixels);
     void clear_indirect(std::uint32_t pixel);
+    /// Of pixel pixels[i], whose samples were added in one launch: the luminances that the first half of them sum up to
+    /// less those of the second.
+    void set_halves(std::span<const float> differences, const std::vector<std::uint32_t>& pixels);
+    [[nodiscard]] double halves(std::size_t pixel) const { return static_cast<double>(halves_[pixel]); }
     /// Samples that pixel i has gathered.
     [[nodiscard]] std::uint64_t samples(std::uint32_t pixel) const { return count_[pixel]; }
     /// Forgets what pixel i has gathered.
@@ -48,7 +52,7 @@ public:
     /// Of a film of the same size and channels.
     void state(Checkpoint& checkpoint) {
         used_ = true;
-        checkpoint(sum_)(count_);
+        checkpoint(sum_)(count_)(halves_);
     }
 
 private:
@@ -59,6 +63,7 @@ private:
     bool used_ = false;  // has anything been added?
     UntouchedVector<double> sum_;
     UntouchedVector<std::uint64_t> count_;
+    UntouchedVector<float> halves_;  // of the picture, once any are known
 };
 
 }  // namespace irradia

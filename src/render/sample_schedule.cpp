@@ -5,20 +5,21 @@
 
 namespace irradia {
 namespace {
-constexpr std::uint32_t first_pass = 8;  // samples: with as many again the first estimate is made
+constexpr std::uint32_t first_half = 8;  // samples: with as many again the first estimate is made
 }
 
-SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads)
+SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads, bool halves)
     : width_(width),
       height_(height),
       threads_(threads),
       spp_(spp),
-      end_(pixel_error > 0 ? std::min(spp, first_pass) : spp),
+      halves_(halves && pixel_error > 0 && spp >= 2 * first_half),
       pixel_error_(pixel_error),
       pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
       before_(filled(threads, pixels_.size(), 0.0)),
       taken_(filled(threads, pixels_.size(), 0u)),
       errors_(filled(threads, pixels_.size(), -1.0)) {
+    end_ = pixel_error > 0 ? std::min(spp, halves_ ? 2 * first_half : first_half) : spp;
     std::iota(pixels_.begin(), pixels_.end(), 0u);
 }
 
@@ -26,10 +27,10 @@ SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double 
 // (a - b)^2 n0 n1 / (n0 + n1)^2, on average without bias; of stratified samples it is too large, which is safe. One
 // such estimate has one degree of freedom only: it is averaged over those of the 3x3 pixels around that take as many
 // samples, which also lets an edge be found that a pixel's own samples have missed.
-void SampleSchedule::estimate_errors(const UntouchedVector<double>& now) {
+void SampleSchedule::estimate_errors(const UntouchedVector<double>& now, std::uint32_t first) {
     constexpr double none = -1;
     if (map_.empty()) map_ = filled(threads_, taken_.size(), none);
-    const double n0 = first_, n1 = end_ - first_, n = end_;
+    const double n0 = first, n1 = end_ - first, n = end_;
     for_pixels([&](std::size_t k, std::uint32_t i) {
         const double later = (now[k] * n - before_[k] * n0) / n1;
         map_[i] = (later - before_[k]) * (later - before_[k]) * n0 * n1 / (n * n);
@@ -75,14 +76,18 @@ UntouchedVector<double> SampleSchedule::luminances(const Film& film) const {
 
 void SampleSchedule::advance(const Film& film) {
     const UntouchedVector<double> now = luminances(film);
-    if (first_ == 0) {  // one mean, nothing to compare it with; but the picture's mean, without what lamps in view add
+    if (first_ == 0) {  // the picture's mean, without what lamps in view add
         const auto count = static_cast<double>(now.size());
         double mean = sum_of(threads_, now, [](double l) { return l; }) / count;
         for (int round = 0; round < 3; ++round)
             mean = sum_of(threads_, now, [mean](double l) { return std::min(l, 4 * mean); }) / count;
         mean_ = mean;
+        if (halves_) {
+            for_pixels([&](std::size_t k, std::uint32_t i) { before_[k] = now[k] + film.halves(i) / end_; });
+            estimate_errors(now, end_ / 2);
+        }  // else one mean, nothing to compare it with
     } else {
-        estimate_errors(now);
+        estimate_errors(now, first_);
     }
     for_pixels([&](std::size_t, std::uint32_t i) { taken_[i] = end_; });
     choose(film);
@@ -136,7 +141,7 @@ void SampleSchedule::spare(std::vector<std::uint8_t> counted, std::uint32_t spp)
 }
 
 void SampleSchedule::state(Checkpoint& c) {
-    c(width_)(height_)(spp_)(first_)(end_)(spared_spp_)(pixel_error_)(mean_);
+    c(width_)(height_)(spp_)(first_)(end_)(spared_spp_)(halves_)(pixel_error_)(mean_);
     c(pixels_)(before_)(map_)(taken_)(errors_)(counted_);
 }
 

@@ -12,13 +12,16 @@ class SampleSchedule {
 public:
     /// `spp`: the most samples a pixel takes. `pixel_error`: the standard error allowed of a pixel's luminance,
     /// relative to the picture's mean; 0: every pixel takes all samples, in one pass.
-    /// `threads`: of the host.
-    SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads = 1);
+    /// `threads`: of the host. `halves`: launches can tell the luminances of two halves apart, so that the first pass
+    /// has an estimate already.
+    SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads = 1, bool halves = false);
 
     /// The present pass: samples [first, end) of `pixels`. No pixels: all is done.
     [[nodiscard]] const std::vector<std::uint32_t>& pixels() const noexcept { return pixels_; }
     [[nodiscard]] std::uint32_t first() const noexcept { return first_; }
     [[nodiscard]] std::uint32_t end() const noexcept { return end_; }
+    /// Is the film to be given the halves of the present pass? (Film::set_halves)
+    [[nodiscard]] bool halves() const noexcept { return halves_ && first_ == 0; }
 
     /// After a pass, whose samples are in `film`: chooses the next one.
     void advance(const Film& film);
@@ -44,13 +47,14 @@ private:
         });
     }
     [[nodiscard]] UntouchedVector<double> luminances(const Film& film) const;
-    /// Sets errors_ of the present pass's pixels, from their luminances now and a pass ago.
-    void estimate_errors(const UntouchedVector<double>& now);
+    /// Sets errors_ of the present pass's pixels, from their luminances now and (before_) after `first` samples.
+    void estimate_errors(const UntouchedVector<double>& now, std::uint32_t first);
     [[nodiscard]] bool wants_more(std::uint32_t pixel) const;
     void choose(const Film& film);
 
     int width_, height_, threads_;
     std::uint32_t spp_, first_ = 0, end_ = 0, spared_spp_ = 0;
+    bool halves_;
     double pixel_error_, mean_ = 0;  // mean_: luminance of the picture, once known
     std::vector<std::uint32_t> pixels_;
     UntouchedVector<double> before_;        // luminance of each of pixels_ a pass ago

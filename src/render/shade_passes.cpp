@@ -45,7 +45,7 @@ std::vector<std::uint32_t> CachingRenderer::Caching::shade(Film& film) {
     for (;; schedule_->advance(film)) {
         if (!sweep_) {
             if (schedule_->pixels().empty()) break;
-            start_pass(schedule_->pixels(), schedule_->first(), schedule_->end(), false);
+            start_pass(schedule_->pixels(), schedule_->first(), schedule_->end(), false, schedule_->halves());
         }
         shade_pass(film);
     }
@@ -73,12 +73,13 @@ std::vector<std::uint32_t> CachingRenderer::Caching::shade(Film& film) {
 }
 
 void CachingRenderer::Caching::start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end,
-                                          bool known) {
+                                          bool known, bool halves) {
     sweep_.emplace();
     sweep_->pixels = std::move(pixels);
     sweep_->begin = sweep_->sample = first;
     sweep_->end = end;
     sweep_->known = known;
+    sweep_->halves = halves;
     made_.clear();
     made_lobes_.clear();
 }
@@ -105,6 +106,7 @@ void CachingRenderer::Caching::shade_pass(Film& film) {
         next.pixels = std::move(pixels);
         next.end = sweep_->end;
         next.known = sweep_->known;
+        next.halves = sweep_->halves;
         sweep_ = std::move(next);
     }
     sweep_.reset();
@@ -143,11 +145,14 @@ void CachingRenderer::Caching::sweep(Film& film) {
                 .arg(s.sample)
                 .arg(samples)
                 .arg(run_.edges_beyond_camera())
-                .arg((requests ? 1u : 0u) | (s.known != 0 ? 2u : 0u))  // IR_SHADE_* of cl/shade_pixels.cl
+                .arg((requests ? 1u : 0u) | (s.known != 0 ? 2u : 0u) |
+                     (s.halves != 0 ? 4u : 0u))  // IR_SHADE_* of cl/shade_pixels.cl
                 .arg(run_.seed())
                 .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
-            run_.device.read(launch.film, launch.sums.data(), part.size() * film.channels() * sizeof(float));
+            const std::size_t sums = part.size() * film.channels(), halves = s.halves != 0 ? part.size() : 0;
+            run_.device.read(launch.film, launch.sums.data(), (sums + halves) * sizeof(float));
             s.known != 0 ? film.add_indirect(launch.sums, part) : film.add(launch.sums, part, samples);
+            if (halves > 0) film.set_halves({launch.sums.data() + sums, halves}, part);
             if (run_.collect_rays() > 0) {
                 add_missed(launch.points, s.earlier, s.missed);
                 if (radiance_) add_missed(launch.lobe_points, s.earlier_lobes, s.missed_lobes);
@@ -168,9 +173,9 @@ void CachingRenderer::Caching::sweep(Film& film) {
 
 CachingRenderer::Caching::Launch& CachingRenderer::Caching::launch(const Film& film) {
     if (!launch_)
-        launch_.emplace(Launch{run_.device.allocate(chunk_ * film.channels() * sizeof(float)),
+        launch_.emplace(Launch{run_.device.allocate(chunk_ * (film.channels() + 1) * sizeof(float)),
                                PointList(run_.device, chunk_), PointList(run_.device, radiance_ ? chunk_ : 0),
-                               UntouchedVector<float>(chunk_ * film.channels())});
+                               UntouchedVector<float>(chunk_ * (film.channels() + 1))});
     return *launch_;
 }
 
