@@ -72,9 +72,8 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
                   k.support1);
 }
 
-// Places of the table that one work-item packs: on CPU devices several, to wait for the memory of all together.
 #ifdef IR_CPU
-#define IR_PACK_NODES 32u
+#define IR_PACK_NODES IR_PACKED_PLACES
 #else
 #define IR_PACK_NODES 1u
 #endif

@@ -15,7 +15,7 @@ void build_accel(Scene& scene, int threads = 0, const std::function<void(double)
 
 /// Which hierarchy takes less time, built and traced, for so many rays on a device that reads `layouts` (both: it will be
 /// kept, and is built well).
-AccelQuality accel_quality_for(const Scene& scene, std::uint64_t rays, AccelLayouts layouts);
+AccelQuality accel_quality_for(const Scene& scene, double rays, AccelLayouts layouts);
 
 /// About how many bytes build_accel() takes at its peak besides the scene, hierarchy included.
 std::uint64_t accel_memory(const Scene& scene, AccelLayouts layouts);

@@ -138,10 +138,9 @@ struct RenderResult {
 RenderResult render(const Scene& scene, Device& device, const RenderSettings& settings,
                     const ProgressCallback& progress = {}, RecordSet* records = nullptr);
 
-/// About how many rays render() is going to trace of one view, known before it begins: right within a factor of four. The
-/// largest number there is where a target error or a time limit decide, which mostly go on for long. Which hierarchy to
-/// build depends on it.
-std::uint64_t expected_rays(const Scene& scene, const RenderSettings& settings);
+/// About how many rays render() is going to trace of one view, known before it begins: right within a factor of four.
+/// Infinity where a target error or a time limit decide, which mostly go on for long. Which hierarchy to build depends on it.
+double expected_rays(const Scene& scene, const RenderSettings& settings);
 
 /// Renders `scene` seen by one camera after the other (which replaces scene.info.camera; the film's size stays). The caches
 /// serve all of them: a view costs what it shows anew. Only with a target error or a time limit each has caches of its

@@ -79,7 +79,7 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, A
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
     monitor("hierarchy", 0);
-    const std::uint64_t rays = std::min(expected_rays(scene, o.settings), std::uint64_t{1} << 40) * views;
+    const double rays = expected_rays(scene, o.settings) * static_cast<double>(views);
     const AccelQuality quality = accel_quality_for(scene, rays, layouts);
     if (!scene_ || !take_accel(scene, *scene_, layouts, quality)) {
         require_memory(o.device.memory_limit, accel_memory(scene, layouts), "the scene's hierarchy", kSmallerScene);

@@ -14,7 +14,6 @@ constexpr std::size_t node_bytes = 8 * sizeof(std::uint32_t), entry_bytes = 2 * 
 constexpr std::size_t packed_bytes = 4 * sizeof(std::uint32_t);
 constexpr std::size_t packed_slack = 8;         // look-ups read as many at once: the last ones beyond the end
 constexpr std::size_t items = 64;               // work-group size of the insertion kernels
-constexpr std::size_t places_of_an_item = 32;   // of pack_records on CPU devices: IR_PACK_NODES of cl/insert_records.cl
 constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
 constexpr std::uint64_t least_packed = 1024;    // entries in lists that are worth packing
 constexpr std::uint64_t settled_share = 16;     // lists hold one entry in so many, at most, when many look-ups come
@@ -169,7 +168,7 @@ void RecordCache::pack() {
         .arg(packed_)
         .arg(fresh)
         .arg(state_)
-        .run(groups_of(node_capacity_ / (device_.cpu_traversal() ? places_of_an_item : 1)), items);
+        .run(groups_of(node_capacity_ / (device_.cpu_traversal() ? IR_PACKED_PLACES : 1u)), items);
     device_.write(state_, &emptied, sizeof emptied);
     device_.finish();
     packed_ = std::move(fresh);

@@ -57,6 +57,8 @@ typedef struct OctreeState {
 } OctreeState;
 
 #define IR_OCTREE_MAX_DEPTH 20u
+// Places of the octree's table that one work-item packs on CPU devices: it waits for the memory of all together.
+#define IR_PACKED_PLACES 32u
 
 // Everything a look-up needs to know besides the arrays; by value into kernels.
 #define IR_WEIGHT_WARD 0u       // (1.8) in its safe form, theory 4.1
