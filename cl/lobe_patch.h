@@ -44,8 +44,8 @@ IR_FN Surface lobe_patch(const TileSample* samples, uint i, uint count, float pi
     return f;
 }
 
-// Radiance of a tile's lobes that records answer, added to sums; *uncovered: the first sample that no record reaches and that
-// ought to have one, or `count`.
+// Radiance of a tile's lobes that records answer, added to sums; *uncovered: the first sample that no record reaches and
+// that ought to have one, or `count`.
 IR_FN void lobes_tile(const SceneData* s, const Caches* caches, const Grid* grid, const TileSample* samples, uint count,
                       uint second, PixelSum* sums, bool requests, uint edges, Rng* rng, LobeMemo* memo, uint* uncovered,
                       RayCount* rays) {

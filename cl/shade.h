@@ -76,8 +76,8 @@ IR_FN bool reach_shaded_surface(const SceneData* s, const Grid* grid, PathState*
 }
 
 // Traces samples first .. first + count - 1 of a pixel; adds what is known without the cache to sums[0], of samples from
-// first + second on to sums[1], and leaves the surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 = emitters
-// only, 1 = + direct light. `known`: direct light is known, what the sums' `direct` gets is not all of it.
+// first + second on to sums[1], and leaves the surfaces that want irradiance in `samples`. edges = max_depth - 1: 0 =
+// emitters only, 1 = + direct light. `known`: direct light is known, what the sums' `direct` gets is not all of it.
 IR_ONCE_FN void shade_tile(const SceneData* s, const Grid* grid, const Caches* caches, uint pixel, uint first,
                            uint count, uint edges, uint seed, const bool known, uint second, PixelSum* sums,
                            TileSample* samples, RayCount* rays) {

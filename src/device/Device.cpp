@@ -10,9 +10,7 @@
 #include "core/memory.h"
 #include "device/compile_program.h"
 #include "device/compilers.h"
-#include "device/driver_cache.h"
 #include "device/kernel_source.h"
-#include "device/pocl_binary.h"
 #include "device/program_cache.h"
 #include "device/session.h"
 #include "irradia/Error.h"
@@ -152,26 +150,6 @@ struct Device::Impl {
         for (const auto& [key, program] : programs) clReleaseProgram(program);
     }
 
-    /// A program compiled by an earlier run; null if there is none that this device takes.
-    [[nodiscard]] cl_program stored(const std::string& key, const std::string& options) const {
-        std::vector<unsigned char> binary = device::load_program(key);
-        if (binary.empty()) return nullptr;
-        // PoCL puts kernels back into files of its own; those of the program as it is may be there already.
-        if (device::takes_generic_kernels() && device::driver_cache_fault(session->device.description).empty())
-            binary = device::without_llvm_code(std::move(binary));
-        const unsigned char* data = binary.data();
-        const std::size_t length = binary.size();
-        cl_int taken = CL_SUCCESS, status = CL_SUCCESS;
-        cl_program program =
-            clCreateProgramWithBinary(session->context, 1, &session->device.id, &length, &data, &taken, &status);
-        if (status != CL_SUCCESS) return nullptr;
-        if (taken == CL_SUCCESS &&
-            clBuildProgram(program, 1, &session->device.id, options.c_str(), nullptr, nullptr) == CL_SUCCESS)
-            return program;
-        clReleaseProgram(program);
-        return nullptr;
-    }
-
     [[nodiscard]] std::string options(const std::map<std::string, std::string>& defines) const {
         std::string text = "-cl-std=CL1.2";
         if (cpu_traversal) text += " -D IR_CPU=1";
@@ -187,7 +165,7 @@ struct Device::Impl {
         };
         const std::string key = device::program_key(*session, text, options);
         if (compilers) compilers->wait_for(key);
-        if (cl_program program = stored(key, options)) {
+        if (cl_program program = device::kept_program(*session, key, options)) {
             time();
             return program;
         }

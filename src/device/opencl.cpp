@@ -43,9 +43,7 @@ std::string platform_name(cl_platform_id id) {
 /// the others a first run takes half the time. Whoever wants them sets the variable.
 constexpr const char* specialization = "POCL_WORK_GROUP_SPECIALIZATION";
 
-void prefer_generic_kernels() {
-    [[maybe_unused]] static const int done = setenv(specialization, "0", 0);
-}
+void prefer_generic_kernels() { [[maybe_unused]] static const int done = setenv(specialization, "0", 0); }
 
 std::string table(const std::vector<FoundDevice>& devices) {
     std::string text;

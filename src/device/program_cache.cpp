@@ -8,9 +8,12 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "core/aside_file.h"
 #include "core/checksum.h"
+#include "device/driver_cache.h"
+#include "device/pocl_binary.h"
 #include "irradia/Error.h"
 
 namespace irradia::device {
@@ -74,6 +77,25 @@ std::vector<unsigned char> load_program(const std::string& key) {
         checksum(binary.data(), binary.size()) != header.sum)
         return {};
     return binary;
+}
+
+cl_program kept_program(const Session& session, const std::string& key, const std::string& options) {
+    std::vector<unsigned char> binary = load_program(key);
+    if (binary.empty()) return nullptr;
+    // PoCL puts kernels back into files of its own; those of the program as it is may be there already.
+    if (takes_generic_kernels() && driver_cache_fault(session.device.description).empty())
+        binary = without_llvm_code(std::move(binary));
+    const unsigned char* data = binary.data();
+    const std::size_t length = binary.size();
+    cl_int taken = CL_SUCCESS, status = CL_SUCCESS;
+    cl_program program =
+        clCreateProgramWithBinary(session.context, 1, &session.device.id, &length, &data, &taken, &status);
+    if (status != CL_SUCCESS) return nullptr;
+    if (taken == CL_SUCCESS &&
+        clBuildProgram(program, 1, &session.device.id, options.c_str(), nullptr, nullptr) == CL_SUCCESS)
+        return program;
+    clReleaseProgram(program);
+    return nullptr;
 }
 
 bool keeps_programs() {

@@ -14,6 +14,9 @@ std::string program_key(const Session& session, const std::string& source, const
 /// The binary stored under `key`; empty if there is none or it is damaged.
 std::vector<unsigned char> load_program(const std::string& key);
 
+/// The program of an earlier run, built, which is the caller's to release; null if there is none that the device takes.
+cl_program kept_program(const Session& session, const std::string& key, const std::string& options);
+
 /// Is there a folder that programs can be kept in?
 bool keeps_programs();
 
