@@ -57,7 +57,7 @@ private:
     bool halves_;
     double pixel_error_, mean_ = 0;  // mean_: luminance of the picture, once known
     std::vector<std::uint32_t> pixels_;
-    UntouchedVector<double> before_;        // luminance of each of pixels_ a pass ago
+    UntouchedVector<double> before_;        // luminance of each of pixels_ a pass ago, or after half of the first one
     UntouchedVector<double> map_;           // of the picture: squared errors of pixels_, else negative
     UntouchedVector<std::uint32_t> taken_;  // samples of each pixel
     UntouchedVector<double> errors_;        // squared error of each pixel's luminance; negative: not known yet
