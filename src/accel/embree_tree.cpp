@@ -38,6 +38,7 @@ struct Counts {
 };
 struct BuildContext {
     const Scene& scene;
+    const std::vector<std::uint32_t>& starts;  // of the builder's primitives, if they are pairs: pair_triangles()
     const std::function<void(double)>& progress;
     tbb::enumerable_thread_specific<Counts> counts{};  // each thread its own: they all count all the time
     std::mutex mutex{};
@@ -70,14 +71,20 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned count, void*) {
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
                   void* user) {
+    auto& context = *static_cast<BuildContext*>(user);
     auto* leaf = new (node_memory(allocator, sizeof(BuildLeaf))) BuildLeaf;
     leaf->leaf = true;
-    for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
+    std::uint32_t* end = leaf->primitives;
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t p = primitives[i].primID;
+        const bool alone = context.starts.empty();
+        const std::uint32_t first = alone ? p : context.starts[p], last = alone ? p + 1 : context.starts[p + 1];
+        for (std::uint32_t t = first; t < last; ++t) *end++ = t;
+    }
     // The builder's order within a leaf may depend on its threads; ours must not.
-    std::sort(leaf->primitives, leaf->primitives + count);
-    leaf->count =
-        static_cast<std::uint32_t>(std::unique(leaf->primitives, leaf->primitives + count) - leaf->primitives);
-    Counts& counts = static_cast<BuildContext*>(user)->counts.local();
+    std::sort(leaf->primitives, end);
+    leaf->count = static_cast<std::uint32_t>(std::unique(leaf->primitives, end) - leaf->primitives);
+    Counts& counts = context.counts.local();
     ++counts.nodes;
     counts.references += leaf->count;
     return static_cast<BuildNode*>(leaf);
@@ -159,6 +166,30 @@ void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float po
     r.store_overlap(whole, right);
 }
 
+// Triangles that follow one another and lie as close as the halves of a quadrilateral, as most do, are one primitive to
+// the builder, which so has little more than half of the work. The first of each, and the end of the last.
+std::vector<std::uint32_t> pair_triangles(const Scene& scene) {
+    // Measured: from here on rays pay (at 1 as much as 1.2 times as long).
+    constexpr float close = 0.75f;  // area of the common box, to the sum of both
+    const auto triangles = static_cast<std::uint32_t>(scene.triangles.size());
+    const auto end = static_cast<std::uint32_t>(triangles + scene.analytics.size());
+    std::vector<std::uint32_t> starts;
+    starts.reserve(end + 1);
+    Box next = triangles > 0 ? primitive_box(scene, 0) : Box{};
+    for (std::uint32_t i = 0; i < triangles;) {
+        starts.push_back(i);
+        const Box box = next;
+        if (++i == triangles) break;
+        next = primitive_box(scene, i);
+        Box both = box;
+        both.add(next);
+        if (both.area() > close * (box.area() + next.area())) continue;
+        if (++i < triangles) next = primitive_box(scene, i);
+    }
+    for (std::uint32_t i = triangles; i <= end; ++i) starts.push_back(i);
+    return starts;
+}
+
 std::int32_t append_built(const Scene& scene, HostTree& tree, const BuildNode& node, const Box& box,
                           std::uint32_t depth) {
     if (node.leaf) {
@@ -178,7 +209,8 @@ std::int32_t append_built(const Scene& scene, HostTree& tree, const BuildNode& n
 }  // namespace
 
 HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::function<void(double)>& progress) {
-    const std::size_t count = scene.triangles.size() + scene.analytics.size();
+    const std::vector<std::uint32_t> starts = spatial_splits ? std::vector<std::uint32_t>{} : pair_triangles(scene);
+    const std::size_t count = spatial_splits ? scene.triangles.size() + scene.analytics.size() : starts.size() - 1;
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("set_affinity=0"),
                                                                            rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), rtcReleaseBVH);
@@ -190,7 +222,8 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
         tbb::blocked_range<std::size_t>(0, count, 1 << 14), Box{},
         [&](const auto& range, Box all) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                const Box b = primitive_box(scene, static_cast<std::uint32_t>(i));
+                Box b = primitive_box(scene, spatial_splits ? static_cast<std::uint32_t>(i) : starts[i]);
+                if (!spatial_splits && starts[i + 1] - starts[i] == 2) b.add(primitive_box(scene, starts[i] + 1));
                 all.add(b);
                 primitives[i] = {b.lo[0], b.lo[1], b.lo[2], 0, b.hi[0], b.hi[1], b.hi[2], static_cast<unsigned>(i)};
             }
@@ -200,13 +233,13 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
             a.add(b);
             return a;
         });
-    BuildContext context{scene, progress};
+    BuildContext context{scene, starts, progress};
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.buildQuality = spatial_splits ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
     arguments.maxBranchingFactor = 2;
     arguments.maxDepth = IR_BVH2_MAX_DEPTH - 8;
     arguments.minLeafSize = 1;
-    arguments.maxLeafSize = kMaxLeafTriangles;
+    arguments.maxLeafSize = spatial_splits ? kMaxLeafTriangles : kMaxLeafTriangles / 2;
     arguments.bvh = bvh.get();
     arguments.primitives = primitives.get();
     arguments.primitiveCount = count;

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
 #include <cstring>
 #include <set>
+#include <vector>
 
 #include "accel/collapse.h"
 #include "accel/flatten.h"
@@ -107,6 +109,52 @@ TEST(BuildAccel, QuicklyWithoutSplits) {
     expect_valid(soup);
     EXPECT_EQ(soup.accel.bvh2_triangles.size(), soup.triangles.size());
     EXPECT_EQ(soup.accel.quality, AccelQuality::quick);
+}
+
+// Halves of a quadrilateral lie in one leaf, where hierarchies are built quickly; neighbours in the list that are none
+// in space do not.
+TEST(BuildAccel, QuicklyByQuadrilaterals) {
+    Scene scene;
+    const auto quadrilaterals = [&](float x, float size) {  // apart by more than their size; turned against the axes
+        for (int i = 0; i < 5000; ++i) {
+            const float y = 3.0f * size * static_cast<float>(i), t = 0.1f * static_cast<float>(i);
+            const float u[3]{size * std::cos(t), size * std::sin(t), 0}, v[3]{0, 0, size};
+            shapes::add_triangle(scene, {x, y, 0}, {x + u[0], y + u[1], 0}, {x + u[0], y + u[1], v[2]});
+            shapes::add_triangle(scene, {x, y, 0}, {x + u[0], y + u[1], v[2]}, {x, y, v[2]});
+        }
+    };
+    quadrilaterals(0, 1);
+    for (int i = 0; i < 5000; ++i) {  // one here, the next one there
+        const float x = i % 2 == 0 ? -50.0f : 50.0f, y = 3.0f * static_cast<float>(i);
+        shapes::add_triangle(scene, {x, y, 0}, {x + 1, y, 0}, {x, y, 1});
+    }
+    quadrilaterals(10, 0.5f);
+    shapes::add_sphere(scene, {0, 0, 5}, 1);
+    build_accel(scene, 0, {}, AccelLayouts::both, AccelQuality::quick);
+    expect_valid(scene);
+    std::vector<std::uint32_t> leaf(scene.triangles.size(), 0);
+    for (const shared::Bvh2Node& n : scene.accel.bvh2_nodes)
+        for (const std::uint32_t child : {n.child0, n.child1}) {
+            if (child == IR_EMPTY || !(child & IR_LEAF) || (child & IR_LEAF_ANALYTIC)) continue;
+            for (std::uint32_t i = 0; i < IR_LEAF_COUNT(child); ++i)
+                leaf.at(scene.accel.bvh2_triangles.at(IR_LEAF_FIRST(child) + i).primitive) = IR_LEAF_FIRST(child) + 1;
+        }
+    for (std::uint32_t i = 0; i < leaf.size(); i += 2) {
+        const bool halves = i < 10000 || i >= 15000;
+        ASSERT_EQ(leaf[i] == leaf[i + 1], halves) << i;
+    }
+    std::vector<Ray> rays;  // each at the middle of a triangle, upright as all are, from near by
+    for (const shared::Triangle& t : scene.triangles) {
+        const shared::Vertex &a = scene.vertices[t.v0], &b = scene.vertices[t.v1], &c = scene.vertices[t.v2];
+        const float nx = b.py - a.py, ny = a.px - b.px, scale = 1 / std::hypot(nx, ny);
+        const float dx = nx * scale, dy = ny * scale;
+        rays.push_back({(a.px + b.px + c.px) / 3 - 0.2f * dx, (a.py + b.py + c.py) / 3 - 0.2f * dy,
+                        (a.pz + b.pz + c.pz) / 3, 0, dx, dy, 0, 1e30f});
+    }
+    for (const bool cpu : {true, false}) {
+        const std::vector<DeviceHit> hits = trace(scene, cpu, rays);
+        for (std::uint32_t i = 0; i < hits.size(); ++i) ASSERT_EQ(hits[i].primitive, i) << "traversal " << cpu;
+    }
 }
 
 TEST(BuildAccel, QualityFollowsTheWork) {
