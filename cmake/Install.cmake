@@ -2,6 +2,8 @@
 # find_package(Irradia) and target_link_libraries(... Irradia::irradia_render) work elsewhere.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
+include(EmbedKernels)
+include(CompileKernels)
 
 if(NOT IRRADIA_MINIMAL)  # where they find libirradia_exr.so and libirradia_oiio.so
   file(RELATIVE_PATH to_libraries "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}")
@@ -9,6 +11,7 @@ if(NOT IRRADIA_MINIMAL)  # where they find libirradia_exr.so and libirradia_oiio
 endif()
 install(TARGETS render RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 if(NOT IRRADIA_MINIMAL)
+  irradia_compile_kernels(render)
   install(TARGETS compare RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
   install(TARGETS irradia_oiio irradia_exr LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/Irradia")

@@ -34,6 +34,14 @@ std::filesystem::path folder() {
     return {};
 }
 
+/// Beside the executable's folder: what cmake/CompileKernels.cmake has compiled.
+std::filesystem::path shipped_folder() {
+    if (const char* named = std::getenv("IRRADIA_SHIPPED_KERNELS")) return named;
+    std::error_code failed;
+    const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", failed);
+    return failed ? std::filesystem::path{} : executable.parent_path().parent_path() / "share" / "irradia" / "kernels";
+}
+
 /// Files are named by one hash of the key and hold another, so that a clash of names is noticed.
 std::filesystem::path file_of(const std::filesystem::path& in, const std::string& key) {
     static constexpr char digits[] = "0123456789abcdef";
@@ -53,18 +61,7 @@ std::string platform_version(cl_platform_id platform) {
     return text;
 }
 
-}  // namespace
-
-std::string program_key(const Session& session, const std::string& source, const std::string& options) {
-    const DeviceDescription& d = session.device.description;
-    std::string key;
-    for (const std::string& part : {d.platform, platform_version(session.device.platform), d.name, d.driver, options})
-        key += part + '\n';
-    return key + source;
-}
-
-std::vector<unsigned char> load_program(const std::string& key) {
-    const std::filesystem::path in = folder();
+std::vector<unsigned char> load_from(const std::filesystem::path& in, const std::string& key) {
     if (in.empty()) return {};
     std::ifstream file(file_of(in, key), std::ios::binary);
     Header header;
@@ -77,6 +74,21 @@ std::vector<unsigned char> load_program(const std::string& key) {
         checksum(binary.data(), binary.size()) != header.sum)
         return {};
     return binary;
+}
+
+}  // namespace
+
+std::string program_key(const Session& session, const std::string& source, const std::string& options) {
+    const DeviceDescription& d = session.device.description;
+    std::string key;
+    for (const std::string& part : {d.platform, platform_version(session.device.platform), d.name, d.driver, options})
+        key += part + '\n';
+    return key + source;
+}
+
+std::vector<unsigned char> load_program(const std::string& key) {
+    std::vector<unsigned char> binary = load_from(folder(), key);
+    return binary.empty() ? load_from(shipped_folder(), key) : binary;
 }
 
 cl_program kept_program(const Session& session, const std::string& key, const std::string& options) {
@@ -106,9 +118,10 @@ bool keeps_programs() {
 }
 
 bool has_program(const std::string& key) {
-    const std::filesystem::path in = folder();
     std::error_code failed;
-    return !in.empty() && std::filesystem::exists(file_of(in, key), failed);
+    for (const std::filesystem::path& in : {folder(), shipped_folder()})
+        if (!in.empty() && std::filesystem::exists(file_of(in, key), failed)) return true;
+    return false;
 }
 
 bool store_program(const std::string& key, cl_program program) {

@@ -11,7 +11,8 @@ namespace irradia::device {
 /// What a compiled program depends on: device, driver, options, source.
 std::string program_key(const Session& session, const std::string& source, const std::string& options);
 
-/// The binary stored under `key`; empty if there is none or it is damaged.
+/// The binary stored under `key`, or shipped: empty if there is none or it is damaged. Shipped ones lie in
+/// $IRRADIA_SHIPPED_KERNELS (empty: there are none), else in share/irradia/kernels beside the executable's folder.
 std::vector<unsigned char> load_program(const std::string& key);
 
 /// The program of an earlier run, built, which is the caller's to release; null if there is none that the device takes.

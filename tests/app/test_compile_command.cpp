@@ -23,10 +23,11 @@ protected:
     void SetUp() override {
         CommandTest::SetUp();
         if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "one processor: no other process is started";
-        for (const char* name : {"IRRADIA_KERNEL_CACHE", "POCL_CACHE_DIR"}) {
+        for (const char* name : {"IRRADIA_KERNEL_CACHE", "POCL_CACHE_DIR", "IRRADIA_SHIPPED_KERNELS"}) {
             const char* value = std::getenv(name);
             before_.emplace_back(name, value != nullptr ? std::optional<std::string>(value) : std::nullopt);
         }
+        ::setenv("IRRADIA_SHIPPED_KERNELS", "", 1);
     }
     void TearDown() override {
         for (const auto& [name, value] : before_)

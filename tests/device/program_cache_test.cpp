@@ -153,6 +153,29 @@ TEST_F(ProgramCache, DamagedFilesAreCompiledAnew) {
     EXPECT_EQ(run(), 7u);
 }
 
+// What came with the installation is used where the user's own folder has nothing, and is left as it is.
+TEST_F(ProgramCache, ShippedProgramsAreUsed) {
+    EXPECT_EQ(run(), 7u);
+    const fs::path shipped = sources() / "shipped", file = shipped / files().at(0).filename();
+    fs::rename(cache(), shipped);
+    const std::string whole = bytes(file);
+    EXPECT_EQ(run(), 7u);  // by default there are none beside this executable's folder
+    ASSERT_EQ(files().size(), 1u);
+    fs::remove_all(cache());
+    ::setenv("IRRADIA_SHIPPED_KERNELS", shipped.c_str(), 1);
+    EXPECT_EQ(run(), 7u);
+    EXPECT_TRUE(files().empty());
+    EXPECT_EQ(run("3"), 21u);  // another one
+    EXPECT_EQ(files().size(), 1u);
+    write(file, whole.substr(0, whole.size() / 2));
+    EXPECT_EQ(run(), 7u);
+    EXPECT_EQ(files().size(), 2u);
+    ::setenv("IRRADIA_SHIPPED_KERNELS", "", 1);
+    EXPECT_EQ(run(), 7u);
+    ::unsetenv("IRRADIA_SHIPPED_KERNELS");
+    EXPECT_EQ(bytes(file).size(), whole.size() / 2);
+}
+
 TEST_F(ProgramCache, NothingIsKeptWhereNothingCanBe) {
     ::setenv("IRRADIA_KERNEL_CACHE", "", 1);
     EXPECT_EQ(run(), 7u);

@@ -8,7 +8,7 @@ time = c size^e as Markdown tables: fitted to all sizes, and of the two largest,
   pixels     scenes/cornell-box.xml from 256x256 to 2048x2048, 4 samples a pixel, cached and path traced
   records    10^3 to 10^6 of them in a picture of fixed size (--width), by their spacing, with hemispheres of 4x8
   triangles  10^2 to 10^7 in a terrain (tools/make-terrain): loading, hierarchy and rendering apart
-  start      from the command to a picture of one sample: cold (no kernel compiled before) and warm
+  start      from the command to a picture of one sample: with kernels of the build alone, cold (none compiled) and warm
   scaling    one thread against two, in turns
   octree     one look-up and one insertion among 10^3 to 10^6 records (the benchmark's; no GPU machine needs it)
 

@@ -144,10 +144,13 @@ def start(renderer, sizes, folder):
     rows, series = [], {}
     for run in range(sizes[0]):
         for method in METHODS:
-            with tempfile.TemporaryDirectory() as cache:  # where PoCL and NVIDIA's driver keep compiled kernels
-                empty = {"POCL_CACHE_DIR": cache, "CUDA_CACHE_PATH": cache}
-                for state in ("cold", "warm"):
-                    s = renderer.run(BOX, ["--method", method, "--spp", "1"], empty)
+            with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as other:
+                # Where Irradia, PoCL and NVIDIA's driver keep compiled kernels.
+                own, installed = ({"IRRADIA_KERNEL_CACHE": at, "POCL_CACHE_DIR": at, "CUDA_CACHE_PATH": at}
+                                  for at in (cache, other))
+                own["IRRADIA_SHIPPED_KERNELS"] = ""
+                for state in ("installed", "cold", "warm"):
+                    s = renderer.run(BOX, ["--method", method, "--spp", "1"], installed if state == "installed" else own)
                     rows.append({"run": run, "method": method, "state": state,
                                  "process_s": s["process"]["seconds"], "cpu_s": s["process"]["cpu"],
                                  "main_s": s["wall_seconds"]["total"], "render_s": s["wall_seconds"]["render"],

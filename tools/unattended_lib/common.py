@@ -52,7 +52,7 @@ def work_folder(args):
 
 def own_caches(folder):
     """An environment whose kernel caches are empty ones in `folder`."""
-    environment = dict(os.environ)
+    environment = dict(os.environ, IRRADIA_SHIPPED_KERNELS="")
     for name in ("IRRADIA_KERNEL_CACHE", "POCL_CACHE_DIR"):
         path = os.path.join(folder, name.lower())
         os.makedirs(path, exist_ok=True)

@@ -148,7 +148,7 @@ class Faults:
             environment = common.own_caches(disk)
             make_read_only(disk)
             done = self.call(place, self.cornell, *self.small, "--method", "path", "-o", "k.pfm", environment=dict(
-                os.environ, IRRADIA_KERNEL_CACHE=environment["IRRADIA_KERNEL_CACHE"]))
+                os.environ, IRRADIA_SHIPPED_KERNELS="", IRRADIA_KERNEL_CACHE=environment["IRRADIA_KERNEL_CACHE"]))
             self.judge("cache of kernels is read-only", done, place, 0, [], ["k.pfm"])
             done = self.call(place, self.cornell, *self.small, "--method", "path", "-o", "l.pfm", environment=environment)
             self.judge("the driver's cache is read-only", done, place, 1, [["pocl_cache_dir", "Read-only"]], [], ["l.pfm"])
