@@ -23,8 +23,9 @@ struct Image {
 
 /// Writes by extension: .exr (all layers, float), .png (beauty, sRGB, times 2^exposure), .pfm (beauty, float).
 /// Written to a temporary name beside `path`, then renamed: a failed write leaves nothing behind.
+/// `threads` at most compress an .exr (0: one a processor), to the same bytes.
 /// Throws Error: unknown extension, unwritable folder, or a non-finite value (naming pixel, layer).
-void write_image(const std::string& path, const Image& image, double exposure = 0.0);
+void write_image(const std::string& path, const Image& image, double exposure = 0.0, int threads = 0);
 
 /// Reads .exr, .pfm and what OpenImageIO reads besides, as linear RGB (beauty layer). Throws Error.
 Image read_image(const std::string& path);

@@ -57,12 +57,12 @@ void check_writable(const std::string& path) {
     AsideFile trial(path);  // never committed: it vanishes
 }
 
-void save_picture(const std::string& path, const Image& image, double exposure) {
+void save_picture(const std::string& path, const Image& image, double exposure, int threads) {
 #ifdef IRRADIA_MINIMAL
-    (void)exposure;
+    (void)exposure, (void)threads;
     write_pfm(path, image);
 #else
-    write_image(path, image, exposure);
+    write_image(path, image, exposure, threads);
 #endif
 }
 

@@ -17,7 +17,7 @@ void check_picture_path(const std::string& path);
 void check_writable(const std::string& path);
 
 /// write_image(), or PFM alone in a minimal build.
-void save_picture(const std::string& path, const Image& image, double exposure);
+void save_picture(const std::string& path, const Image& image, double exposure, int threads);
 
 /// Writes `text` aside and renames it to `path`. Throws Error.
 void save_text(const std::string& path, const std::string& text);

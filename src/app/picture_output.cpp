@@ -47,7 +47,7 @@ double write_pictures(const Options& o, Log& log, const Image& image) {
         progress.fraction = static_cast<double>(i) / static_cast<double>(o.outputs.size());
         progress.elapsed = now() - began;
         stages(progress);
-        save_picture(o.outputs[i], image, o.exposure);
+        save_picture(o.outputs[i], image, o.exposure, o.device.threads);
     }
     stages.finish(now() - began);
     return now() - began;

@@ -28,8 +28,8 @@ void write_with(const Library& library, const Picture& out) {
     file.commit();
 }
 
-void write_exr(const std::string& path, const Image& image) {
-    exr::Output out{path, image.width, image.height, {}, image.metadata};
+void write_exr(const std::string& path, const Image& image, int threads) {
+    exr::Output out{path, image.width, image.height, {}, image.metadata, threads};
     for (const Layer& layer : image.layers)
         for (int c = 0; c < layer.channels; ++c)
             out.channels.push_back(
@@ -53,13 +53,13 @@ void write_png(const std::string& path, const Image& image, double exposure) {
 
 }  // namespace
 
-void write_image(const std::string& path, const Image& image, double exposure) {
+void write_image(const std::string& path, const Image& image, double exposure, int threads) {
     const std::string extension = extension_of(path);
     if (extension != ".exr" && extension != ".png" && extension != ".pfm")
         throw Error(fmt::format("{}: unknown kind of picture '{}', expected .exr, .png or .pfm", path, extension));
     check_image(path, image);
     if (extension == ".exr")
-        write_exr(path, image);
+        write_exr(path, image, threads);
     else if (extension == ".png")
         write_png(path, image, exposure);
     else

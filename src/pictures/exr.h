@@ -19,6 +19,7 @@ struct Output {
     int width = 0, height = 0;
     std::vector<Channel> channels = {};
     std::map<std::string, std::string> attributes = {};
+    int threads = 0;  ///< at most; 0: one a processor
 };
 
 /// What the module offers. Nothing here throws an Error: the reason comes back, of one line.
@@ -31,6 +32,6 @@ struct Library {
 const Library& library();
 
 /// The module's one symbol, a `const Library* ()`; another number whenever anything above changes.
-#define IRRADIA_EXR_SYMBOL irradia_exr_1
+#define IRRADIA_EXR_SYMBOL irradia_exr_2
 
 }  // namespace irradia::exr

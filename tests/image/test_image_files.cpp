@@ -75,6 +75,22 @@ TEST_F(ImageFile, ExrOfOneImageIsTheSameBytes) {
     EXPECT_EQ(bytes(in_folder("a.exr")), bytes(in_folder("b.exr")));
 }
 
+TEST_F(ImageFile, ExrByAnyThreadsIsTheSameBytes) {
+    Image image{300, 200, {{"", 3, {}}}, {}};  // of which five threads have enough to do
+    for (int i = 0; i < 3 * 300 * 200; ++i)
+        image.layers[0].data.push_back(std::sin(0.01f * static_cast<float>(i)) * static_cast<float>(i % 7));
+    const auto bytes = [&](int threads) {
+        const std::string path = in_folder(std::to_string(threads) + ".exr");
+        write_image(path, image, 0.0, threads);
+        std::ifstream in(path, std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(in), {});
+    };
+    const std::string one = bytes(1);
+    EXPECT_GT(one.size(), 10000u);
+    for (const int threads : {0, 2, 3, 5, 64}) EXPECT_EQ(one, bytes(threads)) << threads;
+    EXPECT_EQ(read_image(in_folder("3.exr")).layers[0].data, image.layers[0].data);
+}
+
 // IEC 61966-2-1: 255 (1.055 x^(1/2.4) - 0.055), or 255 * 12.92 x up to 0.0031308, evaluated in Python:
 // 3.295 10.315 25.462 117.646 187.516; times 4: 12.931 29.343 56.334 220.586.
 TEST_F(ImageFile, PngIsSrgbOfTheExposedValue) {
