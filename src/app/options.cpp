@@ -132,13 +132,13 @@ void declare_rendering(CLI::App& app, Options& o) {
 
     app.add_option_function<std::string>(
            "--target-error", [&s](const std::string& given) { read_share(given, s.target_error); },
-           "Render until the picture's relative RMSE, as --report-error estimates it, is below this with 95 % "
-           "confidence. Chooses what --quality sets, from what is found on the way")
+           "Render until the picture's relative RMSE, as --report-error estimates it, is below this (2%, or 0.02) "
+           "with 95 % confidence. Chooses what --quality sets, from what is found on the way")
         ->check([](const std::string& given) {
             float share = 0;
             return read_share(given, share);
         })
-        ->type_name("PERCENT")
+        ->type_name("SHARE")
         ->group("Error");
     error
         .value("--time-limit", s.time_limit, "SECONDS",

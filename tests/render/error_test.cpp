@@ -9,6 +9,7 @@
 #include "render/lamps.h"
 #include "render/methods.h"
 #include "room.h"
+#include "truth.h"
 
 namespace irradia::test {
 namespace {
@@ -84,16 +85,6 @@ TEST(StratifiedEstimate, DrawsFollowTheDensityThatTheyState) {
 }
 
 // ---- probes ------------------------------------------------------------------------------------------------------
-
-const ProgressCallback no_progress;  // a Run refers to it
-
-RenderSettings path_settings(int spp, std::uint64_t seed) {
-    RenderSettings s;
-    s.method = Method::path;
-    s.spp = spp;
-    s.seed = seed;
-    return s;
-}
 
 /// A film that holds `picture`, all of it as direct light.
 Film film_of(const std::vector<float>& picture, int width, int height) {
@@ -216,31 +207,6 @@ TEST(ErrorProbes, AskEveryKernelOnBothTraversals) {
 
 // ---- whole pictures ----------------------------------------------------------------------------------------------
 
-/// A reference in two independent halves, and the error of a picture against it where it counts.
-struct Truth {
-    std::vector<float> a, b;
-    std::vector<std::uint8_t> counted;
-
-    Truth(const Scene& scene, Device& device, int spp)
-        : a(render(scene, device, path_settings(spp, 501)).image.layers[0].data),
-          b(render(scene, device, path_settings(spp, 502)).image.layers[0].data) {
-        const RenderSettings settings = path_settings(1, 1);
-        irradia::Run run(scene, device, settings, no_progress);
-        counted = pixels_without_lamps(run);
-    }
-    [[nodiscard]] double error(const Image& image) const {
-        const std::vector<float>& x = image.layers[0].data;
-        double square = 0, mean = 0, n = 0;
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            if (counted[i / 3] == 0) continue;
-            square += static_cast<double>(x[i] - a[i]) * static_cast<double>(x[i] - b[i]);
-            mean += .5 * static_cast<double>(a[i] + b[i]);
-            n += 1;
-        }
-        return std::sqrt(std::max(square / n, 0.0)) / (mean / n);
-    }
-};
-
 TEST(ReportError, IntervalsHoldTheErrorAgainstLongPathTracing) {
     const Scene scene = load_text(room(grey_floor, ""));
     Device device({});
@@ -277,118 +243,6 @@ TEST(ReportError, CostsLessThanAQuarterOfTheTimeByDefault) {
     render(scene, device, s);  // compiles
     const RenderResult result = render(scene, device, s);
     EXPECT_LT(result.error->seconds, .25 * (result.statistics.seconds - result.error->seconds));
-}
-
-TEST(TargetError, IsMet) {
-    const Scene scene = load_text(room(grey_floor, ""));
-    Device device({});
-    const Truth truth(scene, device, 8192);
-    for (const Method method : {Method::irradiance, Method::path}) {
-        RenderSettings s;
-        s.method = method;
-        s.target_error = method == Method::path ? .06f : .025f;
-        const RenderResult result = render(scene, device, s);
-        ASSERT_TRUE(result.error.has_value());
-        EXPECT_TRUE(result.error->reached);
-        EXPECT_GE(result.error->steps, 1);
-        EXPECT_LE(result.error->rel_rmse.high, static_cast<double>(s.target_error));
-        EXPECT_LE(truth.error(result.image), static_cast<double>(s.target_error));
-        EXPECT_GE(truth.error(result.image), .2 * static_cast<double>(s.target_error));  // not by far too much
-    }
-}
-
-// As the target goes to 0 the picture goes to the etalon: nothing of caching's error stays.
-TEST(TargetError, ErrorsFollowTheTargetDown) {
-    const Scene scene = load_text(room(grey_floor, ""));
-    Device device({});
-    const Truth truth(scene, device, 1 << 14);
-    double before = 1;
-    for (const float target : {.05f, .02f, .01f}) {
-        RenderSettings s;
-        s.target_error = target;
-        const double error = truth.error(render(scene, device, s).image);
-        EXPECT_LE(error, static_cast<double>(target));
-        EXPECT_LT(error, before);
-        before = error;
-    }
-}
-
-TEST(TargetError, TimeLimitsEndTheSearchAndSaySo) {
-    const Scene scene = load_text(room(grey_floor, ""));
-    Device device({});
-    RenderSettings s;
-    s.target_error = 1e-4f;  // out of reach
-    s.time_limit = 3;
-    const RenderResult result = render(scene, device, s);
-    EXPECT_TRUE(result.error->time_is_up);
-    EXPECT_FALSE(result.error->reached);
-    EXPECT_GT(result.error->rel_rmse.high, 1e-4);
-    // Over as soon as the first picture is there: its error is known all the same.
-    s.time_limit = 1e-3f;
-    const RenderResult first = render(scene, device, s);
-    EXPECT_TRUE(first.error->time_is_up);
-    EXPECT_GE(first.error->probes, 256u);
-    EXPECT_GT(first.error->rel_rmse.high, .001);
-    EXPECT_LT(first.error->rel_rmse.value, .5);
-    EXPECT_LT(std::abs(first.error->mean_bias.value), .1);
-    s.time_limit = 3;
-    s.target_error = 0;  // as good as can be had in this time
-    const RenderResult best = render(scene, device, s);
-    EXPECT_TRUE(best.error->time_is_up);
-    EXPECT_GE(best.error->steps, 1);
-    EXPECT_GT(best.error->rel_rmse.high, 0);
-}
-
-// When records change, a film's samples keep their direct light to the last bit, and their indirect light becomes what
-// the new records make of them.
-TEST(TargetError, RefinedFilmsShowTheNewRecords) {
-    const Scene scene = load_text(room(grey_floor, ""));
-    Device device({});
-    for (const Method method : {Method::irradiance, Method::radiance}) {
-        RenderSettings s;
-        s.method = method;
-        s.accuracy = .6f;
-        s.spp = 24;
-        irradia::Run run(scene, device, s, no_progress);
-        CachingRenderer caching(run);
-        Film refined(64, 64, false);
-        caching.render(refined);
-        const std::uint64_t few = run.statistics.records;
-        const Film before = refined;
-        s.accuracy = .2f;
-        caching.refine(refined, .2f / .6f);
-        EXPECT_GT(run.statistics.records, 2 * few);
-        Film anew(64, 64, false);
-        caching.render(anew);  // the same records: none is missing any more
-        double changed = 0, different = 0, sum = 0;
-        for (std::size_t i = 0; i < refined.pixels(); ++i) {
-            ASSERT_EQ(refined.samples(static_cast<std::uint32_t>(i)), 24u);
-            for (std::size_t c = 0; c < 3; ++c) {
-                ASSERT_EQ(refined.mean(i, c), before.mean(i, c));
-                changed += std::abs(refined.mean(i, 3 + c) - before.mean(i, 3 + c));
-                different += std::abs(refined.mean(i, 3 + c) - anew.mean(i, 3 + c));
-                sum += anew.mean(i, 3 + c);
-            }
-        }
-        EXPECT_GT(changed / sum, .003);                  // there is something to see
-        EXPECT_LT(different / sum, .1 * changed / sum);  // records that shading made last serve pixels done before, too
-    }
-}
-
-TEST(TargetError, EveryViewMeetsIt) {
-    const Scene scene = load_text(room(grey_floor, ""));
-    Device device({});
-    RenderSettings s;
-    s.target_error = .05f;
-    shared::Camera moved = scene.info.camera;
-    moved.ox += .2f;
-    render_views(scene, device, s, {scene.info.camera, moved}, [](std::size_t, const RenderResult& r) {
-        ASSERT_TRUE(r.error.has_value());
-        EXPECT_TRUE(r.error->reached);
-        EXPECT_LE(r.error->rel_rmse.high, .05);
-    });
-    s.target_error = -1;
-    EXPECT_THROW(render(scene, device, s), Error);
 }
 
 }  // namespace
