@@ -53,9 +53,8 @@ void write(const Output& picture, std::vector<unsigned char>& file) {
     const std::size_t values =
         static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) * picture.channels.size();
     file.reserve(values * sizeof(float));  // pages that are not needed are not touched
-    const std::size_t most =
-        picture.threads > 0 ? static_cast<std::size_t>(picture.threads) : std::thread::hardware_concurrency();
-    std::size_t threads = std::min(values / values_a_thread, most);
+    std::size_t threads = std::min<std::size_t>(values / values_a_thread, std::thread::hardware_concurrency());
+    if (picture.threads > 0) threads = std::min(threads, static_cast<std::size_t>(picture.threads));
     if (threads == 1) threads = 0;  // this one
     Imf::setGlobalThreadCount(static_cast<int>(threads));
     Memory memory(picture, file);

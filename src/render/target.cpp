@@ -141,8 +141,9 @@ private:
     // The error, by as many probes as it takes to tell whether it is below the goal, or that it is not worth it.
     ErrorReport look() {
         const double error = aim * goal_, allowed = goal_ * goal_;
-        // What a better picture costs, to the time so far, about; there is none beyond the highest level.
-        const double worth = caches_ && level_ >= highest_level ? 4 : 1;
+        // What a better picture costs, to the time so far, about; there is none beyond the highest level. Where no
+        // target is asked for, a better picture is what there is to gain.
+        const double worth = target_ <= 0 ? 0.5 : caches_ && level_ >= highest_level ? 4 : 1;
         for (;;) {
             const ErrorReport report = probes_->report(film_);
             const auto [square, deviation] = probes_->squared_error(film_);
@@ -157,8 +158,10 @@ private:
             if (!doubted && good && seconds > worth * run_.elapsed()) return report;
             // Nor where it is likely that it is not, or enough has been tried: probes are kept, for the last picture
             // too.
-            const bool likely = square - 1.5 * deviation > allowed;
-            if (!doubted && !good && (likely || probes_->seconds() > 0.3 * worth * run_.elapsed())) return report;
+            const bool likely =
+                target_ <= 0 ? square - deviation > 0.5 * allowed
+                             : square - 1.5 * deviation > allowed || probes_->seconds() > 0.3 * worth * run_.elapsed();
+            if (!doubted && !good && likely) return report;
             spend(*probes_, film_, std::clamp(seconds, 0.03 * run_.elapsed(), probe_share * run_.elapsed()), error);
         }
     }
