@@ -16,6 +16,8 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <numeric>
+#include <vector>
 
 namespace irradia::accel {
 namespace {
@@ -38,7 +40,7 @@ struct Counts {
 };
 struct BuildContext {
     const Scene& scene;
-    const std::vector<std::uint32_t>& starts;  // of the builder's primitives, if they are pairs: pair_triangles()
+    const std::vector<std::uint32_t>& starts;  // the builder's primitive p is ours from starts[p] to starts[p + 1]
     const std::function<void(double)>& progress;
     tbb::enumerable_thread_specific<Counts> counts{};  // each thread its own: they all count all the time
     std::mutex mutex{};
@@ -76,10 +78,8 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
     leaf->leaf = true;
     std::uint32_t* end = leaf->primitives;
     for (std::size_t i = 0; i < count; ++i) {
-        const std::uint32_t p = primitives[i].primID;
-        const bool alone = context.starts.empty();
-        const std::uint32_t first = alone ? p : context.starts[p], last = alone ? p + 1 : context.starts[p + 1];
-        for (std::uint32_t t = first; t < last; ++t) *end++ = t;
+        const unsigned p = primitives[i].primID;
+        for (std::uint32_t t = context.starts[p]; t < context.starts[p + 1]; ++t) *end++ = t;
     }
     // The builder's order within a leaf may depend on its threads; ours must not.
     std::sort(leaf->primitives, end);
@@ -169,8 +169,8 @@ void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float po
 // Triangles that follow one another and lie as close as the halves of a quadrilateral, as most do, are one primitive to
 // the builder, which so has little more than half of the work. The first of each, and the end of the last.
 std::vector<std::uint32_t> pair_triangles(const Scene& scene) {
-    // Measured: from here on rays pay (at 1 as much as 1.2 times as long).
-    constexpr float close = 0.75f;  // area of the common box, to the sum of both
+    // Area of the common box, to the sum of both. Measured: pairs up to 1 make rays take up to 1.2 times as long.
+    constexpr float close = 0.75f;
     const auto triangles = static_cast<std::uint32_t>(scene.triangles.size());
     const auto end = static_cast<std::uint32_t>(triangles + scene.analytics.size());
     std::vector<std::uint32_t> starts;
@@ -187,6 +187,13 @@ std::vector<std::uint32_t> pair_triangles(const Scene& scene) {
         if (++i < triangles) next = primitive_box(scene, i);
     }
     for (std::uint32_t i = triangles; i <= end; ++i) starts.push_back(i);
+    return starts;
+}
+
+// The same where each is a primitive of its own, which spatial splits may cut.
+std::vector<std::uint32_t> single_primitives(const Scene& scene) {
+    std::vector<std::uint32_t> starts(scene.triangles.size() + scene.analytics.size() + 1);
+    std::iota(starts.begin(), starts.end(), 0u);
     return starts;
 }
 
@@ -209,8 +216,8 @@ std::int32_t append_built(const Scene& scene, HostTree& tree, const BuildNode& n
 }  // namespace
 
 HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::function<void(double)>& progress) {
-    const std::vector<std::uint32_t> starts = spatial_splits ? std::vector<std::uint32_t>{} : pair_triangles(scene);
-    const std::size_t count = spatial_splits ? scene.triangles.size() + scene.analytics.size() : starts.size() - 1;
+    const std::vector<std::uint32_t> starts = spatial_splits ? single_primitives(scene) : pair_triangles(scene);
+    const std::size_t count = starts.size() - 1;
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("set_affinity=0"),
                                                                            rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), rtcReleaseBVH);
@@ -222,8 +229,8 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
         tbb::blocked_range<std::size_t>(0, count, 1 << 14), Box{},
         [&](const auto& range, Box all) {
             for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                Box b = primitive_box(scene, spatial_splits ? static_cast<std::uint32_t>(i) : starts[i]);
-                if (!spatial_splits && starts[i + 1] - starts[i] == 2) b.add(primitive_box(scene, starts[i] + 1));
+                Box b;
+                for (std::uint32_t p = starts[i]; p < starts[i + 1]; ++p) b.add(primitive_box(scene, p));
                 all.add(b);
                 primitives[i] = {b.lo[0], b.lo[1], b.lo[2], 0, b.hi[0], b.hi[1], b.hi[2], static_cast<unsigned>(i)};
             }

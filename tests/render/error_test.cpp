@@ -5,7 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "irradia/Error.h"
 #include "render/lamps.h"
 #include "render/methods.h"
 #include "room.h"
