@@ -15,8 +15,9 @@ constexpr std::size_t packed_bytes = 4 * sizeof(std::uint32_t);
 constexpr std::size_t packed_slack = 8;         // look-ups read as many at once: the last ones beyond the end
 constexpr std::size_t items = 64;               // work-group size of the insertion kernels
 constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
-constexpr std::uint64_t least_packed = 1024;    // entries in lists that are worth packing
-constexpr std::uint64_t settled_share = 16;     // lists hold one entry in so many, at most, when many look-ups come
+constexpr std::uint64_t guessed_nodes = 2, guessed_entries = 12;  // a record, before any
+constexpr std::uint64_t least_packed = 1024;                      // entries in lists that are worth packing
+constexpr std::uint64_t settled_share = 16;  // lists hold one entry in so many, at most, when many look-ups come
 
 std::size_t groups_of(std::size_t count) { return (count + items - 1) / items; }
 }  // namespace
@@ -176,7 +177,16 @@ void RecordCache::pack() {
 }
 
 void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
-    if (2 * octree_.nodes > node_capacity_) grow_nodes();
+    // Room for as many nodes and entries a record as those before took and a quarter more, so that few launches have to
+    // be run again.
+    const auto expected = [&](std::uint64_t taken, std::uint64_t guess) {
+        if (first == 0) return guess * count;
+        return static_cast<std::uint64_t>(1.25 * count / first * static_cast<double>(taken));
+    };
+    const std::uint64_t nodes = octree_.nodes + expected(octree_.nodes, guessed_nodes);
+    while (2 * octree_.nodes > node_capacity_ || 4 * nodes > 3 * node_capacity_) grow_nodes();
+    if (const std::uint64_t entries = listed() + expected(octree_.entries, guessed_entries); entries > entry_capacity_)
+        grow_entries(std::max<std::uint64_t>(2 * entry_capacity_, entries));
     for (;;) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
