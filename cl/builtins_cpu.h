@@ -128,6 +128,7 @@ int IR_DECLARE atomic_cmpxchg(volatile __local int* p, int expected, int v);
 uint IR_DECLARE atomic_cmpxchg(volatile __local uint* p, uint expected, uint v);
 
 size_t IR_DECLARE_CONST get_global_id(uint dimension);
+size_t IR_DECLARE_CONST get_global_offset(uint dimension);
 size_t IR_DECLARE_CONST get_group_id(uint dimension);
 size_t IR_DECLARE_CONST get_local_id(uint dimension);
 size_t IR_DECLARE_CONST get_local_size(uint dimension);

@@ -39,8 +39,13 @@
 #define IR_LOCAL_ARRAY(type, name, size) __local type name[size]
 #define IR_LOCAL_ID ((uint)get_local_id(0))
 #define IR_LOCAL_SIZE ((uint)get_local_size(0))
+#if defined(IR_SHARED_OUT)  // src/device/launch.h: groups lie along the third axis, from 1 on
+#define IR_GROUP_ID ((uint)(get_group_id(2) + get_global_offset(2)) - 1u)
+#define IR_GLOBAL_ID (IR_GROUP_ID * IR_LOCAL_SIZE + IR_LOCAL_ID)
+#else
 #define IR_GROUP_ID ((uint)get_group_id(0))
 #define IR_GLOBAL_ID ((uint)get_global_id(0))
+#endif
 #define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
 #define IR_BARRIER_ALL() barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)  // what the group wrote anywhere
 #define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)

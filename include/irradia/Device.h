@@ -62,7 +62,7 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// Time spent in one kernel or transfer kind, from device events.
+/// Time spent in one kernel or transfer kind: from device events, or what the host waited where its own threads work.
 struct StageTime {
     double seconds = 0;
     std::uint64_t launches = 0;
@@ -77,7 +77,8 @@ public:
         return arg_bytes(&value, sizeof(T));
     }                                  ///< next argument, by value (4-byte scalars, PODs)
     Kernel& local(std::size_t bytes);  ///< next argument, __local memory
-    /// Runs `groups` work-groups of `group_size` items (1D); asynchronous, in order; no groups: nothing is launched.
+    /// Runs `groups` work-groups of `group_size` items (1D); in order, and mostly asynchronous (on PoCL's CPU device
+    /// the host's threads run them, and it is done when this returns); no groups: nothing is launched.
     /// Starts the arguments anew: set all of them before every run.
     void run(std::size_t groups, std::size_t group_size);
     Kernel& arg_bytes(const void* data, std::size_t bytes);

@@ -1,9 +1,27 @@
 #include "core/worker_pool.h"
 
+#include <chrono>
+
 namespace irradia {
 namespace {
 thread_local bool inside = false;  // this thread is in a pool's work already
+
+// Work mostly comes in quick succession, and waking a thread takes as long as much of it: so threads look out for a
+// while before they sleep.
+constexpr std::chrono::microseconds patience{100};
+
+void pause() {
+#if defined(__x86_64__)
+    for (int i = 0; i < 8; ++i) __builtin_ia32_pause();
+#endif
 }
+
+template <class F>
+void look_out(const F& seen) {
+    const auto end = std::chrono::steady_clock::now() + patience;
+    while (!seen() && std::chrono::steady_clock::now() < end) pause();
+}
+}  // namespace
 
 WorkerPool::~WorkerPool() {
     {
@@ -40,6 +58,9 @@ void WorkerPool::run(std::size_t helpers, const std::function<void()>& work) {
     inside = false;
     std::unique_lock lock(state_);
     wanted_ = 0;  // whoever wakes only now has nothing to do
+    lock.unlock();
+    look_out([this] { return active_ == 0; });
+    lock.lock();
     done_.wait(lock, [this] { return active_ == 0; });
 }
 
@@ -47,6 +68,9 @@ void WorkerPool::help() {
     inside = true;
     std::unique_lock lock(state_);
     for (;;) {
+        lock.unlock();
+        look_out([this] { return wanted_ > 0; });
+        lock.lock();
         wake_.wait(lock, [this] { return ended_ || wanted_ > 0; });
         if (ended_) return;
         --wanted_;

@@ -1,6 +1,7 @@
 // The host's threads for loops over large arrays. They wait for work instead of being made anew for every loop, which
 // with sixteen of them took longer than most loops do.
 #pragma once
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
@@ -28,10 +29,10 @@ private:
     void help();
 
     std::mutex running_;  // held by run()
-    std::mutex state_;    // of all that follows
+    std::mutex state_;    // held to change what follows
     std::condition_variable wake_, done_;
     const std::function<void()>* work_ = nullptr;
-    std::size_t wanted_ = 0, active_ = 0;  // threads that may still begin, and that have not ended
+    std::atomic<std::size_t> wanted_ = 0, active_ = 0;  // threads that may still begin, and that have not ended
     bool ended_ = false;
     std::vector<std::thread> threads_;
 };

@@ -122,14 +122,22 @@ void Kernel::run(std::size_t groups, std::size_t group_size) {
         throw Error("kernel '" + impl_->name + "': a group of " + std::to_string(group_size) +
                     " items is not possible, the device takes 1 to " + std::to_string(impl_->largest_group));
     const std::size_t items = groups * group_size;
+    Session& session = *impl_->session;
     cl_event event = nullptr;
-    const cl_int status = clEnqueueNDRangeKernel(impl_->session->queue, impl_->kernel, 1, nullptr, &items, &group_size,
-                                                 0, nullptr, &event);
+    cl_int status = CL_SUCCESS;
+    if (session.shared_launch) {
+        const auto start = std::chrono::steady_clock::now();
+        status = session.shared_launch->run(impl_->name, impl_->kernel, groups, group_size);
+        session.add_time(impl_->name, start);
+    } else {
+        status =
+            clEnqueueNDRangeKernel(session.queue, impl_->kernel, 1, nullptr, &items, &group_size, 0, nullptr, &event);
+    }
     if (status != CL_SUCCESS)
         throw Error("OpenCL: launching kernel '" + impl_->name + "' (" + std::to_string(groups) + " groups of " +
                     std::to_string(group_size) + ", " + format_bytes(impl_->session->allocated_now()) +
                     " of buffers allocated) failed: " + device::status_name(status));
-    impl_->session->track(impl_->name, event);
+    if (event != nullptr) session.track(impl_->name, event);
 }
 
 // ---- device -----------------------------------------------------------------------------------------------------
@@ -150,9 +158,14 @@ struct Device::Impl {
         for (const auto& [key, program] : programs) clReleaseProgram(program);
     }
 
+    void place(cl_mem memory) const {
+        if (session->shared_launch) check(session->shared_launch->place(memory), "placing a buffer on the device");
+    }
+
     [[nodiscard]] std::string options(const std::map<std::string, std::string>& defines) const {
         std::string text = "-cl-std=CL1.2";
         if (cpu_traversal) text += " -D IR_CPU=1";
+        if (session->shared_launch) text += " -D IR_SHARED_OUT=1";
         for (const auto& [symbol, value] : defines) text += " -D " + symbol + (value.empty() ? "" : "=" + value);
         return text;
     }
@@ -160,9 +173,7 @@ struct Device::Impl {
     cl_program build(const std::string& file, const std::string& options) {
         const std::string text = device::expand_source(file);
         const auto start = std::chrono::steady_clock::now();
-        const auto time = [&] {
-            session->add_time("build", std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-        };
+        const auto time = [&] { session->add_time("build", start); };
         const std::string key = device::program_key(*session, text, options);
         if (compilers) compilers->wait_for(key);
         if (cl_program program = device::kept_program(*session, key, options)) {
@@ -174,7 +185,7 @@ struct Device::Impl {
             throw Error("OpenCL: compiling " + file + " (" + options + ") for '" + session->device.description.name +
                         "' failed: " + device::status_name(made.status) + (made.log.empty() ? "" : "\n" + made.log));
         time();
-        if (!made.own_builtins) session->add_time("build with header", 0);
+        if (!made.own_builtins) session->add_time("build with header", std::chrono::steady_clock::now());
         compiled.emplace_back(key, made.program);
         return made.program;
     }
@@ -293,6 +304,7 @@ Buffer Device::allocate(std::size_t bytes) {
     if (status != CL_SUCCESS) refuse(device::status_name(status));
     Buffer buffer;
     buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes, bytes);
+    impl_->place(memory);
     return buffer;
 }
 
@@ -313,6 +325,7 @@ Buffer Device::share(const void* data, std::size_t bytes) {
     if (status != CL_SUCCESS) return upload(data, bytes);  // too large, say: allocate() tells what may be done
     Buffer buffer;
     buffer.impl_ = std::make_unique<Buffer::Impl>(impl_->session, memory, bytes, 0);
+    impl_->place(memory);
     return buffer;
 }
 
@@ -334,7 +347,7 @@ void Device::write(Buffer& to, const void* data, std::size_t bytes, std::size_t 
     Session& s = *impl_->session;
     cl_event event = nullptr;
     std::vector<unsigned char> staging;
-    if (bytes <= kStagedWrite) {
+    if (bytes <= kStagedWrite && !s.shared_launch) {
         const auto* first = static_cast<const unsigned char*>(data);
         staging.assign(first, first + bytes);
         data = staging.data();  // stays where it is when the vector moves
@@ -374,7 +387,11 @@ void Device::fill(Buffer& buffer, std::uint32_t word, std::size_t bytes) {
     Session& s = *impl_->session;
     cl_event event = nullptr;
     cl_int status = CL_SUCCESS;
-    if (description().platform == "Oclgrind") {
+    if (s.shared_launch) {
+        const auto start = std::chrono::steady_clock::now();
+        status = s.shared_launch->fill(memory_of(buffer), word, bytes);
+        s.add_time("fill", start);
+    } else if (description().platform == "Oclgrind") {
         // Its checker of uninitialised memory (21.10) overlooks fills, and would report all that is read from them.
         const std::vector<std::uint32_t> words(bytes / 4, word);
         status = clEnqueueWriteBuffer(s.queue, memory_of(buffer), CL_TRUE, 0, bytes, words.data(), 0, nullptr, &event);
@@ -382,7 +399,7 @@ void Device::fill(Buffer& buffer, std::uint32_t word, std::size_t bytes) {
         status = clEnqueueFillBuffer(s.queue, memory_of(buffer), &word, sizeof word, 0, bytes, 0, nullptr, &event);
     }
     check(status, "filling " + std::to_string(bytes) + " bytes on the device");
-    s.track("fill", event);
+    if (event != nullptr) s.track("fill", event);
 }
 
 void Device::finish() {

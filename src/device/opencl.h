@@ -23,6 +23,7 @@ struct FoundDevice {
     cl_platform_id platform = nullptr;
     cl_device_id id = nullptr;
     DeviceDescription description;
+    bool in_caller = false;  ///< commands run in the thread that enqueues them: PoCL's device for one thread
 };
 
 /// All devices of all platforms, in the loader's order. Throws Error if there is none, naming the package that brings

@@ -14,7 +14,7 @@ constexpr std::size_t kManyPending = 256;
 
 Session::Session(const DeviceOptions& options) : device(select_device(options.select)) {
     if (options.threads < 0) throw Error("--threads: " + std::to_string(options.threads) + " is negative");
-    if (options.threads > 0 && device.description.is_cpu) limit_threads(options.threads);
+    if (options.threads > 0 && device.description.is_cpu && !device.in_caller) limit_threads(options.threads);
     const auto all = static_cast<int>(device.description.is_cpu ? device.description.compute_units
                                                                 : std::max(std::thread::hardware_concurrency(), 1u));
     host_threads = options.threads > 0 ? std::min(options.threads, all) : all;
@@ -25,9 +25,11 @@ Session::Session(const DeviceOptions& options) : device(select_device(options.se
     check(status, "opening device '" + device.description.name + "'");
     queue = clCreateCommandQueue(context, device.id, CL_QUEUE_PROFILING_ENABLE, &status);
     check(status, "making a queue on device '" + device.description.name + "'");
+    if (device.in_caller) shared_launch = std::make_unique<SharedLaunch>(context, device.id, queue, host_threads);
 }
 
 Session::~Session() {
+    shared_launch.reset();
     if (queue != nullptr) clFinish(queue);
     for (const Pending& p : pending_) clReleaseEvent(p.event);
     // PoCL 3.1 reports a command complete before its worker thread has let go of the command's event, which refers to
@@ -89,9 +91,9 @@ void Session::harvest() {
     }
 }
 
-void Session::add_time(const std::string& stage, double seconds) {
+void Session::add_time(const std::string& stage, std::chrono::steady_clock::time_point start) {
     StageTime& s = stages_[stage];
-    s.seconds += seconds;
+    s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     ++s.launches;
 }
 

@@ -1,12 +1,15 @@
 // What a Device, its buffers and its kernels share: context, queue, event times, the sum of allocated bytes.
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "device/launch.h"
 #include "device/opencl.h"
 
 namespace irradia::device {
@@ -17,7 +20,8 @@ public:
     FoundDevice device;  ///< description: of the whole device, also if `id` is a part of it
     cl_context context = nullptr;
     cl_command_queue queue = nullptr;
-    int host_threads = 1;  ///< that the host itself may use
+    int host_threads = 1;                         ///< that the host itself may use
+    std::unique_ptr<SharedLaunch> shared_launch;  ///< where the device works in threads of the host; else null
 
     explicit Session(const DeviceOptions& options);
     ~Session();
@@ -28,7 +32,8 @@ public:
     void track(const std::string& stage, cl_event event, std::vector<unsigned char> staging = {});
     /// Adds up the events that are complete, oldest first; waits for none.
     void harvest();
-    void add_time(const std::string& stage, double seconds);
+    /// What a stage has taken since `start`.
+    void add_time(const std::string& stage, std::chrono::steady_clock::time_point start);
     [[nodiscard]] std::map<std::string, StageTime> times();
 
     void allocated(std::uint64_t bytes);

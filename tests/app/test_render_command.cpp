@@ -277,6 +277,21 @@ TEST_F(RenderCommand, SeedDecidesThePicture) {
     EXPECT_NE(test::file_text(in_folder("a.pfm")), test::file_text(in_folder("c.pfm")));
 }
 
+// By default the host's threads share launches out (src/device/launch.h); where POCL_DEVICES names it, PoCL's own do.
+TEST_F(RenderCommand, DriversOfPoclGiveTheSamePicture) {
+    const std::string devices = render({"--list-devices"}).out;
+    if (devices.find("Portable Computing Language") == std::string::npos) GTEST_SKIP() << "needs PoCL";
+    ASSERT_EQ(render_small({"-o", "a.pfm", "--device", "portable"}).status, 0);
+    const std::vector<std::string> others = {"POCL_DEVICES=pthread", RENDER};
+    const test::Outcome list = call("env", {others[0], others[1], "--list-devices"});
+    EXPECT_NE(list.out, devices);
+    const test::Outcome outcome =
+        call("env", {others[0], others[1], kScene, "--method", "path", "--spp", "1", "--width", "24", "--height", "24",
+                     "-o", "b.pfm", "--device", "portable"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(test::file_text(in_folder("a.pfm")), test::file_text(in_folder("b.pfm")));
+}
+
 // scenes/cornell-box.xml has a box filter: naming it changes nothing, a wide one does, also on a packed scene.
 TEST_F(RenderCommand, FilterReplacesTheScenes) {
     ASSERT_EQ(render_small({"-o", "a.pfm"}).status, 0);

@@ -55,3 +55,11 @@ IR_KERNEL void spin(IR_GLOBAL uint* out, uint rounds) {
     }
     out[IR_GLOBAL_ID] = x;
 }
+
+// How often each item comes, and whether its numbers fit together; `rounds` steps each, so that launches overlap.
+IR_KERNEL void visit(IR_GLOBAL uint* visits, IR_GLOBAL uint* places, uint rounds) {
+    uint x = IR_GLOBAL_ID + 1u;
+    for (uint i = 0; i < rounds; ++i) x = x * 1664525u + 1013904223u;
+    IR_ATOMIC_ADD(&visits[IR_GLOBAL_ID], 1u);
+    places[IR_GLOBAL_ID] = IR_GROUP_ID * IR_LOCAL_SIZE + IR_LOCAL_ID + (x == rounds && rounds > 1000000u ? 1u : 0u);
+}

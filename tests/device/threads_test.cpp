@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -62,6 +63,43 @@ TEST(Threads, OneThreadIsOne) {
     RecordProperty("busy_all", std::to_string(all.busy));
     RecordProperty("busy_one", std::to_string(one.busy));
     std::printf("processors busy: all threads %.2f, one thread %.2f\n", all.busy, one.busy);
+}
+
+// Launches of all widths, wider ones after narrower ones: of what PoCL 3.1 keeps for each width, parts of one launch on
+// several threads lost count, and the process ended.
+TEST(Threads, EveryGroupRunsOnce) {
+    for (const int threads : {1, 2, 0}) {
+        Device device({"", threads, ""});
+        Kernel visit = device.kernel(std::string(IRRADIA_SOURCE_DIR) + "/tests/device/test_kernels.cl", "visit", {});
+        for (const std::size_t size : {std::size_t{16}, std::size_t{64}}) {
+            for (const std::size_t groups : {1, 3, 100, 7, 1000, 50, 4000, 2, 4001, 8000}) {
+                const std::size_t items = groups * size;
+                Buffer visits = device.allocate(items * 4), places = device.allocate(items * 4);
+                device.fill(visits, 0, items * 4);
+                for (int i = 0; i < 3; ++i) visit.arg(visits).arg(places).arg(std::uint32_t{200}).run(groups, size);
+                std::vector<std::uint32_t> count(items), place(items);
+                device.read(visits, count.data(), items * 4);
+                device.read(places, place.data(), items * 4);
+                std::size_t wrong = 0;
+                for (std::size_t i = 0; i < items; ++i) wrong += count[i] != 3 || place[i] != i;
+                EXPECT_EQ(wrong, 0u) << threads << " threads, " << groups << " groups of " << size;
+            }
+        }
+    }
+}
+
+TEST(Threads, LargeBuffersAreFilledToTheLastWord) {
+    Device device({"", 0, ""});
+    for (const std::size_t words : {std::size_t{262144}, std::size_t{262145}, std::size_t{3000001}}) {
+        Buffer buffer = device.allocate((words + 1) * 4);
+        device.fill(buffer, 7, (words + 1) * 4);
+        device.fill(buffer, 0xfedcba98u, words * 4);
+        std::vector<std::uint32_t> read(words + 1);
+        device.read(buffer, read.data(), read.size() * 4);
+        EXPECT_EQ(read.back(), 7u);
+        read.pop_back();
+        EXPECT_EQ(std::count(read.begin(), read.end(), 0xfedcba98u), static_cast<std::ptrdiff_t>(words));
+    }
 }
 
 TEST(Threads, NegativeIsRefused) {

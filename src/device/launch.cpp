@@ -1,0 +1,89 @@
+#include "device/launch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+
+#include "core/worker_pool.h"
+
+namespace irradia::device {
+namespace {
+// Of a part, at least: enqueueing one takes 5 microseconds.
+constexpr double part_seconds = 1e-4;
+constexpr std::size_t part_bytes = std::size_t{1} << 20;
+}  // namespace
+
+SharedLaunch::SharedLaunch(cl_context context, cl_device_id device, cl_command_queue first, int threads)
+    : queues_{first} {
+    for (int i = 1; i < threads; ++i) {
+        cl_int status = CL_SUCCESS;
+        cl_command_queue queue = clCreateCommandQueue(context, device, 0, &status);
+        check(status, "making a queue for thread " + std::to_string(i + 1) + " of " + std::to_string(threads));
+        queues_.push_back(queue);
+    }
+}
+
+SharedLaunch::~SharedLaunch() {
+    for (std::size_t i = 1; i < queues_.size(); ++i) clReleaseCommandQueue(queues_[i]);
+}
+
+// [0, count) in parts, large ones first, so that all threads end at about the same time: a half of what is left for
+// each.
+template <class F>
+cl_int SharedLaunch::share(std::size_t count, std::size_t least, const F& work_on) {
+    const std::size_t threads = std::clamp<std::size_t>(count / least, 1, queues_.size());
+    std::atomic<std::size_t> next = 0, arrived = 0;
+    std::atomic<cl_int> outcome = CL_SUCCESS;
+    const auto work = [&] {
+        cl_command_queue queue = nullptr;
+        for (std::size_t first = next;;) {
+            std::size_t part = 0;
+            do {
+                if (first >= count) return;
+                const std::size_t left = count - first;
+                part = threads == 1 ? left : std::min(left, std::max(least, left / (2 * threads)));
+            } while (!next.compare_exchange_weak(first, first + part));
+            if (queue == nullptr) queue = queues_[arrived++];
+            cl_int status = work_on(queue, first, part);
+            if (status == CL_SUCCESS) status = clFinish(queue);
+            if (status != CL_SUCCESS) outcome = status;
+            first = next;
+        }
+    };
+    WorkerPool::shared().run(threads - 1, work);
+    return outcome;
+}
+
+cl_int SharedLaunch::run(const std::string& name, cl_kernel kernel, std::size_t groups, std::size_t group_size) {
+    double& seconds = group_seconds_[name];
+    const std::size_t least =
+        seconds > 0 ? static_cast<std::size_t>(std::min(part_seconds / seconds, 1e9)) : groups / (8 * queues_.size());
+    std::atomic<double> sum = 0;
+    const std::size_t local[3] = {group_size, 1, 1};
+    const cl_int status = share(
+        groups, std::max<std::size_t>(least, 1), [&](cl_command_queue queue, std::size_t first, std::size_t count) {
+            const std::size_t offset[3] = {0, 0, first + 1}, items[3] = {group_size, 1, count};
+            const auto start = std::chrono::steady_clock::now();
+            const cl_int done = clEnqueueNDRangeKernel(queue, kernel, 3, offset, items, local, 0, nullptr, nullptr);
+            const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+            sum += taken.count();
+            return done;
+        });
+    seconds = sum / static_cast<double>(groups);
+    return status;
+}
+
+cl_int SharedLaunch::place(cl_mem buffer) {
+    const cl_int status = clEnqueueMigrateMemObjects(queues_[0], 1, &buffer, 0, 0, nullptr, nullptr);
+    return status == CL_SUCCESS ? clFinish(queues_[0]) : status;
+}
+
+cl_int SharedLaunch::fill(cl_mem buffer, cl_uint word, std::size_t bytes) {
+    const std::size_t parts = (bytes + part_bytes - 1) / part_bytes;
+    return share(parts, 1, [&](cl_command_queue queue, std::size_t first, std::size_t count) {
+        const std::size_t begin = first * part_bytes, end = std::min(bytes, (first + count) * part_bytes);
+        return clEnqueueFillBuffer(queue, buffer, &word, sizeof word, begin, end - begin, 0, nullptr, nullptr);
+    });
+}
+
+}  // namespace irradia::device

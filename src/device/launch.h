@@ -1,0 +1,38 @@
+// Launches on a device whose commands run in the thread that enqueues them (FoundDevice::in_caller): the host's threads
+// share the groups out, each through a queue of its own. No thread is woken for a launch that is over sooner.
+#pragma once
+#include <cstddef>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "device/opencl.h"
+
+namespace irradia::device {
+
+class SharedLaunch {
+public:
+    /// Queues for `threads` threads, `first` one of them. Throws Error.
+    SharedLaunch(cl_context context, cl_device_id device, cl_command_queue first, int threads);
+    ~SharedLaunch();
+    SharedLaunch(const SharedLaunch&) = delete;
+    SharedLaunch& operator=(const SharedLaunch&) = delete;
+
+    /// Runs the kernel, whose arguments are set, and returns when it is done. Groups follow each other along the third
+    /// axis, from 1 on (-D IR_SHARED_OUT). For PoCL 3.1 keeps a kernel's code once a width of launches, along the
+    /// first two axes, and once for those that start at 0, and mixes them up where launches overlap.
+    cl_int run(const std::string& name, cl_kernel kernel, std::size_t groups, std::size_t group_size);
+    /// Gives a new buffer its place in the device's memory, which its first launches would do all at once.
+    cl_int place(cl_mem buffer);
+    /// `bytes` of the buffer, a multiple of 4, become `word`.
+    cl_int fill(cl_mem buffer, cl_uint word, std::size_t bytes);
+
+private:
+    template <class F>
+    cl_int share(std::size_t count, std::size_t least, const F& work_on);
+
+    std::vector<cl_command_queue> queues_;         // of the calling thread, and of the pool's
+    std::map<std::string, double> group_seconds_;  // of one thread, when the kernel ran last
+};
+
+}  // namespace irradia::device
