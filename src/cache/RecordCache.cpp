@@ -177,13 +177,14 @@ void RecordCache::pack() {
 }
 
 void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
-    // Room for as many nodes and entries a record as those before took and a quarter more, so that few launches have to
-    // be run again.
+    // Room for what so many records are likely to take, so that few launches have to be run again: entries as those
+    // before took and a quarter more; of nodes each new one needs fewer the more there are.
     const auto expected = [&](std::uint64_t taken, std::uint64_t guess) {
         if (first == 0) return guess * count;
         return static_cast<std::uint64_t>(1.25 * count / first * static_cast<double>(taken));
     };
-    const std::uint64_t nodes = octree_.nodes + expected(octree_.nodes, guessed_nodes);
+    const std::uint64_t most = guessed_nodes * count;
+    const std::uint64_t nodes = octree_.nodes + std::min(expected(octree_.nodes, guessed_nodes), most);
     while (2 * octree_.nodes > node_capacity_ || 4 * nodes > 3 * node_capacity_) grow_nodes();
     if (const std::uint64_t entries = listed() + expected(octree_.entries, guessed_entries); entries > entry_capacity_)
         grow_entries(std::max<std::uint64_t>(2 * entry_capacity_, entries));
