@@ -56,21 +56,20 @@ void WorkerPool::run(std::size_t helpers, const std::function<void()>& work) {
     inside = true;
     work();
     inside = false;
-    std::unique_lock lock(state_);
-    wanted_ = 0;  // whoever wakes only now has nothing to do
-    lock.unlock();
+    {
+        const std::lock_guard lock(state_);
+        wanted_ = 0;  // whoever wakes only now has nothing to do
+    }
     look_out([this] { return active_ == 0; });
-    lock.lock();
+    std::unique_lock lock(state_);
     done_.wait(lock, [this] { return active_ == 0; });
 }
 
 void WorkerPool::help() {
     inside = true;
-    std::unique_lock lock(state_);
     for (;;) {
-        lock.unlock();
         look_out([this] { return wanted_ > 0; });
-        lock.lock();
+        std::unique_lock lock(state_);
         wake_.wait(lock, [this] { return ended_ || wanted_ > 0; });
         if (ended_) return;
         --wanted_;

@@ -1,7 +1,5 @@
 #include "irradia/Device.h"
 
-#include <sched.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -121,7 +119,6 @@ void Kernel::run(std::size_t groups, std::size_t group_size) {
     if (group_size == 0 || group_size > impl_->largest_group)
         throw Error("kernel '" + impl_->name + "': a group of " + std::to_string(group_size) +
                     " items is not possible, the device takes 1 to " + std::to_string(impl_->largest_group));
-    const std::size_t items = groups * group_size;
     Session& session = *impl_->session;
     cl_event event = nullptr;
     cl_int status = CL_SUCCESS;
@@ -130,12 +127,13 @@ void Kernel::run(std::size_t groups, std::size_t group_size) {
         status = session.shared_launch->run(impl_->name, impl_->kernel, groups, group_size);
         session.add_time(impl_->name, start);
     } else {
+        const std::size_t items = groups * group_size;
         status =
             clEnqueueNDRangeKernel(session.queue, impl_->kernel, 1, nullptr, &items, &group_size, 0, nullptr, &event);
     }
     if (status != CL_SUCCESS)
         throw Error("OpenCL: launching kernel '" + impl_->name + "' (" + std::to_string(groups) + " groups of " +
-                    std::to_string(group_size) + ", " + format_bytes(impl_->session->allocated_now()) +
+                    std::to_string(group_size) + ", " + format_bytes(session.allocated_now()) +
                     " of buffers allocated) failed: " + device::status_name(status));
     if (event != nullptr) session.track(impl_->name, event);
 }
@@ -208,11 +206,7 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
     // Where nothing is kept nothing could be handed over; and what others take is not counted in a limit.
     if (!options.compiler.empty() && found.is_cpu && options.memory_limit == 0 && device::keeps_programs()) {
         impl_->compiler = options.compiler;
-        cpu_set_t usable;
-        CPU_ZERO(&usable);
-        impl_->compiler_count = ::sched_getaffinity(0, sizeof usable, &usable) == 0
-                                    ? static_cast<std::size_t>(CPU_COUNT(&usable))
-                                    : found.compute_units;
+        impl_->compiler_count = device::usable_processors();
         if (options.threads > 0)
             impl_->compiler_count =
                 std::min<std::size_t>(impl_->compiler_count, static_cast<std::size_t>(options.threads));

@@ -55,15 +55,6 @@ void prefer_settings() {
     [[maybe_unused]] static const int done = setenv(specialization, "0", 0) + setenv(drivers, "basic", 0);
 }
 
-bool starts_with(const std::string& text, std::string_view start) { return text.compare(0, start.size(), start) == 0; }
-
-unsigned usable_processors() {
-    cpu_set_t usable;
-    CPU_ZERO(&usable);
-    if (::sched_getaffinity(0, sizeof usable, &usable) == 0) return static_cast<unsigned>(CPU_COUNT(&usable));
-    return std::max(std::thread::hardware_concurrency(), 1u);
-}
-
 std::string table(const std::vector<FoundDevice>& devices) {
     std::string text;
     for (const FoundDevice& d : devices) {
@@ -74,6 +65,13 @@ std::string table(const std::vector<FoundDevice>& devices) {
 }
 
 }  // namespace
+
+unsigned usable_processors() {
+    cpu_set_t usable;
+    CPU_ZERO(&usable);
+    if (::sched_getaffinity(0, sizeof usable, &usable) == 0) return static_cast<unsigned>(CPU_COUNT(&usable));
+    return std::max(std::thread::hardware_concurrency(), 1u);
+}
 
 bool takes_generic_kernels() {
     const char* const value = std::getenv(specialization);
@@ -184,7 +182,7 @@ std::vector<FoundDevice> find_devices() {
             d.description.local_memory = device_info<cl_ulong>(id, CL_DEVICE_LOCAL_MEM_SIZE);
             d.in_caller = d.description.is_cpu && d.description.platform == "Portable Computing Language" &&
                           d.description.compute_units == 1 &&
-                          (starts_with(d.description.name, "basic") || starts_with(d.description.name, "cpu-minimal"));
+                          (d.description.name.starts_with("basic") || d.description.name.starts_with("cpu-minimal"));
             if (d.in_caller) d.description.compute_units = usable_processors();
             found.push_back(d);
         }

@@ -30,6 +30,9 @@ struct FoundDevice {
 /// one.
 std::vector<FoundDevice> find_devices();
 
+/// Processors that this process may run on.
+unsigned usable_processors();
+
 /// Does PoCL make kernels for any group size only? So that it needs their source no more once they are compiled.
 bool takes_generic_kernels();
 

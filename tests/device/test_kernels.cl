@@ -56,7 +56,8 @@ IR_KERNEL void spin(IR_GLOBAL uint* out, uint rounds) {
     out[IR_GLOBAL_ID] = x;
 }
 
-// How often each item comes, and whether its numbers fit together; `rounds` steps each, so that launches overlap.
+// How often each item comes, and whether its numbers fit together; `rounds` steps each, so that launches overlap. (The
+// last term is 0, which the compiler does not know: so it keeps the steps.)
 IR_KERNEL void visit(IR_GLOBAL uint* visits, IR_GLOBAL uint* places, uint rounds) {
     uint x = IR_GLOBAL_ID + 1u;
     for (uint i = 0; i < rounds; ++i) x = x * 1664525u + 1013904223u;
