@@ -65,10 +65,10 @@ IR_ONCE_FN uint grid_path(const SceneData* s, IR_GLOBAL const GridSum* sums, con
     return 0u;
 }
 
-// The index-th of all_paths.
-IR_ONCE_FN void fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const GridParameters* grid,
-                             IR_GLOBAL uint* taken, IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index,
-                             uint all_paths, uint seed) {
+// The index-th of all_paths. Returns how many slots it has taken, which go to `fresh`.
+IR_ONCE_FN uint fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const GridParameters* grid,
+                             IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed,
+                             uint* fresh) {
     const IR_GLOBAL SceneInfo* info = s->info;
     const uint pixels = info->width * info->height;
     Rng rng = rng_make(seed ^ 0x67726964u, index, 0u);
@@ -78,47 +78,76 @@ IR_ONCE_FN void fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const 
     const CameraRay ray = camera_ray_at(info, fx, fy);
     const real3 origin = camera_origin(info);
     const Hit hit = trace_visible(s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], 1u);
-    if (hit.primitive == IR_NO_PRIMITIVE) return;
+    count_up(ray_counts, IR_RAYS_CAMERA, 1u);
+    if (hit.primitive == IR_NO_PRIMITIVE) return 0u;
     const Surface f = surface_at(s, origin, ray.direction, &hit);
     GridVertex path[IR_GRID_VERTICES];
     real3 arrives;  // at vertex k from what lies behind it
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
     const uint count = grid_path(s, sums, grid, f, &rng, path, &arrives, &rays);
+    uint taken = 0u;
     for (uint k = count; k-- > 0u;) {
         const GridVertex v = path[k];
-        if (v.cosine >= 0.0f) grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, taken, overflow);
+        if (v.cosine >= 0.0f) {
+            const uint slot = grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, overflow);
+            if (slot != IR_GRID_NONE) fresh[taken++] = slot;
+        }
         arrives = v.direct + v.weight * arrives;
     }
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
+    return taken;
+}
+
+// The same, and its slots go to the group's.
+IR_INLINE_FN void fill_and_list(const SceneData* s, IR_GLOBAL GridSum* sums, const GridParameters* grid,
+                                volatile IR_LOCAL uint* fresh, IR_GLOBAL uint* taken, IR_GLOBAL uint* overflow,
+                                IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed) {
+    uint own[IR_GRID_VERTICES];
+    const uint count = fill_by_path(s, sums, grid, overflow, ray_counts, index, all_paths, seed, own);
+    for (uint i = 0; i < count; ++i) grid_fresh_add(fresh, own[i], taken);
 }
 
 IR_KERNEL void trace_grid_paths(IR_SCENE_ARGS, IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
                                 IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint first_path, uint path_count,
                                 uint all_paths, uint seed) {
-    if (IR_GLOBAL_ID >= path_count) return;
+    IR_LOCAL_ARRAY(uint, fresh, IR_GRID_FRESH_WORDS);
     IR_SCENE_INIT(s);
-    fill_by_path(&s, sums, &grid, taken, overflow, ray_counts, first_path + IR_GLOBAL_ID, all_paths, seed);
+    grid_fresh_begin(fresh);
+    if (IR_GLOBAL_ID < path_count)
+        fill_and_list(&s, sums, &grid, fresh, taken, overflow, ray_counts, first_path + IR_GLOBAL_ID, all_paths, seed);
+    grid_fresh_end(fresh, taken);
+}
+
+// Adds the cell in `slot` to the one around it. Returns that one's slot if it was free, else IR_GRID_NONE.
+IR_FN uint merge_into_parent(IR_GLOBAL GridSum* sums, const GridParameters* grid, uint slot, IR_GLOBAL uint* overflow) {
+    const GridSum own = sums[slot];
+    bool fresh;
+    const uint around =
+        grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, grid->slots, grid_parent(own.key), &fresh);
+    if (around == grid->slots) {
+        IR_ATOMIC_MAX(overflow, 1u);
+        return IR_GRID_NONE;
+    }
+    volatile IR_GLOBAL GridSum* parent = &sums[around];
+    add_wide(&parent->r[0], own.r[0], own.r[1]);
+    add_wide(&parent->g[0], own.g[0], own.g[1]);
+    add_wide(&parent->b[0], own.b[0], own.b[1]);
+    IR_ATOMIC_ADD(&parent->samples, own.samples);
+    return fresh ? around : IR_GRID_NONE;
 }
 
 // The cells of one level: taken[1 + first] and following, `count` of them. Those around them are listed behind.
 IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
                                 IR_GLOBAL uint* overflow, uint first, uint count) {
-    if (IR_GLOBAL_ID >= count) return;
-    const GridSum own = sums[taken[1u + first + IR_GLOBAL_ID]];
-    const uint slot =
-        grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, grid.slots, grid_parent(own.key), taken);
-    if (slot == grid.slots) {
-        IR_ATOMIC_MAX(overflow, 1u);
-        return;
+    IR_LOCAL_ARRAY(uint, fresh, IR_GRID_FRESH_WORDS);
+    grid_fresh_begin(fresh);
+    if (IR_GLOBAL_ID < count) {
+        const uint slot = merge_into_parent(sums, &grid, taken[1u + first + IR_GLOBAL_ID], overflow);
+        if (slot != IR_GRID_NONE) grid_fresh_add(fresh, slot, taken);
     }
-    volatile IR_GLOBAL GridSum* parent = &sums[slot];
-    add_wide(&parent->r[0], own.r[0], own.r[1]);
-    add_wide(&parent->g[0], own.g[0], own.g[1]);
-    add_wide(&parent->b[0], own.b[0], own.b[1]);
-    IR_ATOMIC_ADD(&parent->samples, own.samples);
+    grid_fresh_end(fresh, taken);
 }
 
 // How many of `count` cells have enough estimates to answer.
@@ -135,7 +164,8 @@ IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cel
     if (IR_GLOBAL_ID >= count) return;
     const GridSum sum = sums[taken[1u + IR_GLOBAL_ID]];
     if (sum.samples < grid.least) return;
-    const uint slot = grid_take((volatile IR_GLOBAL uint*)cells, IR_GRID_CELL_WORDS, slots, sum.key, 0);
+    bool fresh;
+    const uint slot = grid_take((volatile IR_GLOBAL uint*)cells, IR_GRID_CELL_WORDS, slots, sum.key, &fresh);
     if (slot == slots) {
         IR_ATOMIC_MAX(overflow, 1u);
         return;

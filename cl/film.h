@@ -1,6 +1,7 @@
 // What a pixel gathers: sums over its samples of the picture's two parts and, if asked for, of the AOVs.
 #ifndef IR_FILM_H
 #define IR_FILM_H
+#include "irradia/shared/counter_types.h"
 #include "surface.h"
 
 // Floats a pixel in the film buffer: direct RGB, indirect RGB [, albedo RGB, normal XYZ, depth].
@@ -10,13 +11,12 @@
 #define IR_FILM_CHANNELS 6u
 #endif
 
-// Ray counters, in the order the host reads them.
-#define IR_RAYS_CAMERA 0
-#define IR_RAYS_HEMISPHERE 1
-#define IR_RAYS_BOUNCE 2
-#define IR_RAYS_SHADOW 3
-#define IR_REQUESTS 4  // pixels of shade_pixels that want a record
-#define IR_COUNTERS 5
+// Adds n to a counter (IR_RAYS_*, IR_REQUESTS).
+IR_FN void count_up(IR_GLOBAL uint* counters, uint counter, uint n) {
+    if (n == 0u) return;
+    const uint set = IR_GROUP_ID / IR_COUNTER_GROUPS % IR_COUNTER_SETS;
+    IR_ATOMIC_ADD((volatile IR_GLOBAL uint*)&counters[set * IR_COUNTER_STRIDE + counter], n);
+}
 
 typedef struct PixelSum {
     real3 direct, indirect;

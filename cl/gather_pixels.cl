@@ -29,9 +29,9 @@ IR_KERNEL void gather_points(IR_SCENE_ARGS, IR_GLOBAL float* film, IR_GLOBAL Sha
         albedos[3u * slot + 1u] = albedo.y;
         albedos[3u * slot + 2u] = albedo.z;
     }
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], 1u);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    count_up(ray_counts, IR_RAYS_CAMERA, 1u);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
 }
 
 IR_KERNEL void gather_irradiance(IR_GLOBAL float* film, IR_GLOBAL const float* albedos, IR_GLOBAL const uint* stack,

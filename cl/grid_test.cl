@@ -8,10 +8,15 @@
 IR_KERNEL void test_grid_deposit(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
                                  IR_GLOBAL uint* overflow, IR_GLOBAL const float* deposits, uint count) {
     const uint i = IR_GLOBAL_ID;
-    if (i >= count) return;
-    IR_GLOBAL const float* d = deposits + 9u * i;
-    grid_deposit(&grid, sums, make_real3(d[0], d[1], d[2]), make_real3(d[3], d[4], d[5]), make_real3(d[6], d[7], d[8]),
-                 taken, overflow);
+    IR_LOCAL_ARRAY(uint, fresh, IR_GRID_FRESH_WORDS);
+    grid_fresh_begin(fresh);
+    if (i < count) {
+        IR_GLOBAL const float* d = deposits + 9u * i;
+        const uint slot = grid_deposit(&grid, sums, make_real3(d[0], d[1], d[2]), make_real3(d[3], d[4], d[5]),
+                                       make_real3(d[6], d[7], d[8]), overflow);
+        if (slot != IR_GRID_NONE) grid_fresh_add(fresh, slot, taken);
+    }
+    grid_fresh_end(fresh, taken);
 }
 
 // points: position, normal; six floats each. keys: the keys of all levels by position, then the same by grid_parent.

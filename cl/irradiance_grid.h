@@ -127,15 +127,16 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
 #define IR_GRID_SUM_WORDS (sizeof(GridSum) / sizeof(uint))
 #define IR_GRID_CELL_WORDS (sizeof(GridCell) / sizeof(uint))
 
-// Slot of `key` in a table of either struct, whose first word is the key; taken if it is not there yet; `slots` if the
-// table is full. `taken`, if not 0: gets slots that are taken, in no order; taken[0] is their number.
-IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, volatile IR_GLOBAL uint* taken) {
+// Slot of `key` in a table of either struct, whose first word is the key; taken if it is not there yet, which *fresh tells;
+// `slots` if the table is full.
+IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, bool* fresh) {
     uint slot = grid_home(key, slots);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
         const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
-        if (found == 0u && taken != 0) taken[1u + IR_ATOMIC_ADD(&taken[0], 1u)] = slot;
+        *fresh = found == 0u;
         if (found == 0u || found == key) return slot;
     }
+    *fresh = false;
     return slots;
 }
 
@@ -160,20 +161,53 @@ IR_FN void grid_expect(const GridParameters* g, IR_GLOBAL const GridSum* sums, r
     IR_PREFETCH(&sums[grid_home(grid_key(g, 0u, p, n), g->slots)]);
 }
 
-// One estimate of irradiance at (p, n). Sets *overflow if the table is full.
-IR_ONCE_FN void grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n,
-                             real3 irradiance, volatile IR_GLOBAL uint* taken, volatile IR_GLOBAL uint* overflow) {
+#define IR_GRID_NONE 0xffffffffu  // no slot
+
+// One estimate of irradiance at (p, n). Sets *overflow if the table is full. Returns the slot if it was free, else
+// IR_GRID_NONE.
+IR_ONCE_FN uint grid_deposit(const GridParameters* g, volatile IR_GLOBAL GridSum* sums, real3 p, real3 n,
+                             real3 irradiance, volatile IR_GLOBAL uint* overflow) {
+    bool fresh;
     const uint slot =
-        grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, g->slots, grid_key(g, 0u, p, n), taken);
+        grid_take((volatile IR_GLOBAL uint*)sums, IR_GRID_SUM_WORDS, g->slots, grid_key(g, 0u, p, n), &fresh);
     if (slot == g->slots) {
         IR_ATOMIC_MAX(overflow, 1u);
-        return;
+        return IR_GRID_NONE;
     }
     const real3 units = irradiance * (1.0f / g->unit);
     add_units(&sums[slot].r[0], units.x);
     add_units(&sums[slot].g[0], units.y);
     add_units(&sums[slot].b[0], units.z);
     IR_ATOMIC_ADD(&sums[slot].samples, 1u);
+    return fresh ? slot : IR_GRID_NONE;
+}
+
+// Slots that a group has taken: they are collected here, and listed in taken[1] and following all at once. So taken[0],
+// their number, is counted up once a group: when every slot counted by itself, threads waited for each other there.
+#ifndef IR_GRID_FRESH
+#define IR_GRID_FRESH 512u  // so many; a group's further ones are listed one by one
+#endif
+#define IR_GRID_FRESH_WORDS (2u + IR_GRID_FRESH)  // number, where they are listed, slots
+
+IR_INLINE_FN void grid_fresh_begin(volatile IR_LOCAL uint* fresh) {
+    if (IR_LOCAL_ID == 0u) fresh[0] = 0u;
+    IR_BARRIER();
+}
+
+IR_INLINE_FN void grid_fresh_add(volatile IR_LOCAL uint* fresh, uint slot, volatile IR_GLOBAL uint* taken) {
+    const uint at = IR_ATOMIC_ADD(&fresh[0], 1u);
+    if (at < IR_GRID_FRESH)
+        fresh[2u + at] = slot;
+    else
+        taken[1u + IR_ATOMIC_ADD(&taken[0], 1u)] = slot;
+}
+
+IR_INLINE_FN void grid_fresh_end(volatile IR_LOCAL uint* fresh, volatile IR_GLOBAL uint* taken) {
+    IR_BARRIER();
+    if (IR_LOCAL_ID == 0u && fresh[0] > 0u) fresh[1] = IR_ATOMIC_ADD(&taken[0], min(fresh[0], IR_GRID_FRESH));
+    IR_BARRIER();
+    const uint count = min(fresh[0], IR_GRID_FRESH);
+    for (uint i = IR_LOCAL_ID; i < count; i += IR_LOCAL_SIZE) taken[1u + fresh[1] + i] = fresh[2u + i];
 }
 #endif
 #endif

@@ -68,5 +68,5 @@ IR_KERNEL void point_irradiance(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const Sh
     answers[6u * i + 3u] = e.x;
     answers[6u * i + 4u] = e.y;
     answers[6u * i + 5u] = e.z;
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
 }

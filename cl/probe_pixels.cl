@@ -74,9 +74,9 @@ IR_KERNEL void probe_pixels(IR_SCENE_ARGS, IR_GLOBAL const uint* pixels, IR_GLOB
     out[3] = indirect.x;
     out[4] = indirect.y;
     out[5] = indirect.z;
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], count);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    count_up(ray_counts, IR_RAYS_CAMERA, count);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
 }
 
 // shows[i] = 1 where the film position (column + offset, row + offset), in pixels, shows a lamp, else 0; i = row columns +

@@ -337,9 +337,9 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     for (uint i = item; i < deferred[0]; i += IR_GROUP)
         continue_cell(&s, &view, &q, index, deferred[1u + i], edges, seed, IR_GROUP_CELLS, &rays);
 #endif
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
-    if (item == 0u) IR_ATOMIC_ADD(&ray_counts[IR_RAYS_HEMISPHERE], (uint)IR_CELLS);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
+    if (item == 0u) count_up(ray_counts, IR_RAYS_HEMISPHERE, (uint)IR_CELLS);
     IR_CELL_BARRIER();
 #if IR_RADIANCE
     keep_samples(IR_GROUP_CELLS, item, &q, info->diagonal, stride,

@@ -148,16 +148,16 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
         missed = true;
     }
 #endif
-    if (missed || lobe_missed) IR_ATOMIC_ADD(&ray_counts[IR_REQUESTS], 1u);
+    if (missed || lobe_missed) count_up(ray_counts, IR_REQUESTS, 1u);
     const PixelSum whole = pixel_whole(sums);
     pixel_store(&whole, film, slot);
 #if IR_TILE > 1
     if ((flags & IR_SHADE_HALVES) != 0u)
         *halves = luminance(sums[0].direct + sums[0].indirect) - luminance(sums[1].direct + sums[1].indirect);
 #endif
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    count_up(ray_counts, IR_RAYS_CAMERA, sample_count);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
 }
 
 IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL const GridCell* grid_cells,

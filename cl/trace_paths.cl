@@ -45,7 +45,7 @@ IR_KERNEL void trace_paths(IR_SCENE_ARGS, IR_GLOBAL float* film, IR_GLOBAL uint*
         trace_path_tile(&s, first_pixel + item, first_sample + i, min((uint)IR_TILE, sample_count - i), edges, seed, &sum,
                         &rays);
     pixel_store(&sum, film, item);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_CAMERA], sample_count);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_BOUNCE], rays.bounce);
-    IR_ATOMIC_ADD(&ray_counts[IR_RAYS_SHADOW], rays.shadow);
+    count_up(ray_counts, IR_RAYS_CAMERA, sample_count);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
 }

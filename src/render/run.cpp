@@ -5,10 +5,11 @@
 #include <utility>
 
 #include "irradia/Error.h"
+#include "irradia/shared/counter_types.h"
 
 namespace irradia {
 namespace {
-constexpr std::size_t counter_count = 5;  // IR_COUNTERS of cl/film.h: rays of four kinds, requests
+using Counters = std::array<std::uint32_t, IR_COUNTER_SETS * IR_COUNTER_STRIDE>;
 }
 
 Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
@@ -39,8 +40,8 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
     lights_ = device.upload(scene.lights);
     info_ = device.upload(&scene.info, sizeof scene.info);
     clear_statistics();
-    const std::array<std::uint32_t, counter_count> zero{};
-    ray_counters_ = device.upload(zero.data(), sizeof zero);
+    ray_counters_ = device.allocate(sizeof(Counters));
+    device.fill(ray_counters_, 0, sizeof(Counters));
     phase("upload");
 }
 
@@ -109,12 +110,20 @@ Kernel Run::scene_kernel(const std::string& file, const std::string& name, std::
 }
 
 std::uint32_t Run::collect_rays() {
-    std::array<std::uint32_t, counter_count> counts{};
-    device.read(ray_counters_, counts.data(), sizeof counts);
-    const char* const kinds[4] = {"camera", "hemisphere", "bounce", "shadow"};
-    for (std::size_t i = 0; i < 4; ++i) statistics.rays[kinds[i]] += counts[i];
-    device.fill(ray_counters_, 0, sizeof counts);
-    return counts[4];
+    static constexpr std::pair<const char*, std::size_t> kinds[] = {{"camera", IR_RAYS_CAMERA},
+                                                                    {"hemisphere", IR_RAYS_HEMISPHERE},
+                                                                    {"bounce", IR_RAYS_BOUNCE},
+                                                                    {"shadow", IR_RAYS_SHADOW}};
+    Counters counters{};
+    device.read(ray_counters_, counters.data(), sizeof counters);
+    device.fill(ray_counters_, 0, sizeof counters);
+    const auto total = [&](std::size_t counter) {
+        std::uint64_t sum = 0;
+        for (std::size_t i = counter; i < counters.size(); i += IR_COUNTER_STRIDE) sum += counters[i];
+        return sum;
+    };
+    for (const auto& [kind, counter] : kinds) statistics.rays[kind] += total(counter);
+    return static_cast<std::uint32_t>(total(IR_REQUESTS));
 }
 
 bool Run::direct_mis() const noexcept {

@@ -35,7 +35,7 @@ public:
     /// Statistics and time start anew.
     void restart();
     [[nodiscard]] const shared::Camera& camera() const noexcept { return camera_; }
-    /// Device counters that kernels add to: rays by kind (cl/film.h).
+    /// Device counters that kernels add to: rays by kind (irradia/shared/counter_types.h).
     [[nodiscard]] const Buffer& ray_counters() const noexcept { return ray_counters_; }
     /// Adds the device's counters to the statistics and clears them (they are 32 bits wide: call after every launch or
     /// few). Returns how many pixels have asked for a record since the last call (shade_pixels).

@@ -40,8 +40,10 @@ GridParameters parameters(std::uint32_t slots, float unit = 0x1p-20f) {
 /// The kernels one by one, as src/render/irradiance_grid.cpp calls them.
 class Table {
 public:
-    explicit Table(const GridParameters& p)
+    /// `defines`: of the kernels that take slots.
+    explicit Table(const GridParameters& p, std::map<std::string, std::string> defines = {})
         : parameters_(p),
+          defines_(std::move(defines)),
           sums_(zero(p.slots * sizeof(GridSum))),
           taken_(zero((p.slots + 1) * sizeof(std::uint32_t))),
           cells_(zero(64 * sizeof(GridCell))) {}
@@ -49,7 +51,7 @@ public:
     void deposit(const std::vector<Deposit>& deposits) {
         const Buffer in = device().upload(deposits);
         const auto count = static_cast<std::uint32_t>(deposits.size());
-        Kernel kernel = device().kernel("grid_test.cl", "test_grid_deposit", {});
+        Kernel kernel = device().kernel("grid_test.cl", "test_grid_deposit", defines_);
         kernel.arg(sums_).arg(parameters_).arg(taken_).arg(overflow_).arg(in).arg(count).run((count + 15) / 16, 16);
     }
     void merge() {
@@ -98,6 +100,20 @@ public:
         device().read(taken_, &n, sizeof n);
         return n;
     }
+    [[nodiscard]] std::vector<std::uint32_t> taken_slots() const {
+        std::vector<std::uint32_t> slots(taken() + 1);
+        device().read(taken_, slots.data(), slots.size() * sizeof slots[0]);
+        slots.erase(slots.begin());
+        return slots;
+    }
+    [[nodiscard]] std::vector<std::uint32_t> used_slots() const {
+        std::vector<GridSum> all(parameters_.slots);
+        device().read(sums_, all.data(), all.size() * sizeof(GridSum));
+        std::vector<std::uint32_t> slots;
+        for (std::uint32_t i = 0; i < all.size(); ++i)
+            if (all[i].key != 0) slots.push_back(i);
+        return slots;
+    }
     [[nodiscard]] bool full() const {
         std::uint32_t flag = 0;
         device().read(overflow_, &flag, sizeof flag);
@@ -132,10 +148,13 @@ private:
         device().fill(b, 0, bytes);
         return b;
     }
-    static Kernel fill_kernel(const std::string& name) {
-        return device().kernel("fill_grid.cl", name, {{"IR_FEATURES", "0u"}});
+    [[nodiscard]] Kernel fill_kernel(const std::string& name) const {
+        std::map<std::string, std::string> defines = defines_;
+        defines["IR_FEATURES"] = "0u";
+        return device().kernel("fill_grid.cl", name, defines);
     }
     GridParameters parameters_;
+    std::map<std::string, std::string> defines_;
     Buffer sums_, taken_, cells_, overflow_ = zero(sizeof(std::uint32_t));
     std::uint32_t cell_slots_ = 64;
 };
@@ -213,6 +232,23 @@ TEST(DeviceGrid, SumsAreExactInAnyOrder) {
         }
         EXPECT_GT(expected[key_of(501, 0, 0)][2] >> 32, 0u) << "no carry was needed";
         std::shuffle(deposits.begin(), deposits.end(), random);
+    }
+}
+
+// Every slot that is in use is listed, once, those that a group has no room left to collect too.
+TEST(DeviceGrid, SlotsInUseAreListedOnce) {
+    std::vector<Deposit> deposits;
+    for (int i = 0; i < 3000; ++i) deposits.push_back({middle(i % 37, i % 11, i % 5), kUp, {1, 1, 1}});
+    for (const char* const room : {"1u", "4u", "512u"}) {
+        Table table(parameters(8192), {{"IR_GRID_FRESH", room}});
+        table.deposit(deposits);
+        const std::uint32_t finest = table.taken();
+        EXPECT_EQ(finest, 37u * 11 * 5) << room;
+        table.merge();
+        EXPECT_GT(table.taken(), finest);
+        std::vector<std::uint32_t> slots = table.taken_slots();
+        std::sort(slots.begin(), slots.end());
+        EXPECT_EQ(slots, table.used_slots()) << room;
     }
 }
 
