@@ -209,7 +209,7 @@ ErrorReport ErrorProbes::report(const Film& film) const {
     const Estimate bias = estimate(r.difference), square = estimate(r.square), variance = estimate(r.variance);
     const double mean = std::max(mean_of(film, counted_) - bias.mean, 1e-30);
     const auto root = [&](double x) { return std::sqrt(std::max(x, 0.0)) / mean; };
-    const Interval b = interval_of(bias), s = interval_of(square);
+    const Interval b = interval_of(bias), s = interval_of_squares(square);
     e.mean_bias = {b.value / mean, b.low / mean, b.high / mean};
     e.rel_rmse = {root(s.value), root(s.low), root(s.high)};
     e.direct_rel_rmse = root(estimate(r.direct).mean);

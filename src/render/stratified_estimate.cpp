@@ -58,6 +58,11 @@ Interval interval_of(const Estimate& e) {
     return {e.mean, e.mean - half + std::min(shift, half), e.mean + half + std::max(shift, -half)};
 }
 
+Interval interval_of_squares(const Estimate& e) {
+    const Interval i = interval_of(e);
+    return {std::max(i.value, 0.0), std::max(i.low, 0.0), std::max(i.high, e.deviation)};
+}
+
 StratifiedPixels::StratifiedPixels(const std::vector<double>& weights, std::size_t strata) : strata_(strata) {
     order_.resize(weights.size());
     std::iota(order_.begin(), order_.end(), 0u);

@@ -30,6 +30,11 @@ Estimate stratified_estimate(std::size_t strata, const std::vector<Draw>& draws)
 /// ends too low.
 Interval interval_of(const Estimate& estimate);
 
+/// The same of a mean that cannot be negative, as of squared errors. Its draws can, less the noise of what they are
+/// compared with; where the mean is small against that noise one interval in forty would lie below 0 as a whole, and
+/// say that there is no error at all. It ends no lower than a standard error above 0.
+Interval interval_of_squares(const Estimate& estimate);
+
 /// Quantile .975 of Student's distribution (below 3 degrees of freedom that of 3).
 double student_quantile(double freedom);
 
