@@ -16,6 +16,7 @@ typedef struct LaneVector {
 } LaneVector;
 #define lanes_load(p, i) vload8(0, (p) + (i))
 #define lanes_store(v, p, i) vstore8(v, 0, (p) + (i))
+#define lanes_load_uint(p, i) vload8(0, (p) + (i))
 #define lanes_first(v) ((v).s0)
 #define lanes_of_uint(x) convert_float8(as_int8(x))  // x < 2^31
 #define lanes_numbers() ((uint8)(0u, 1u, 2u, 3u, 4u, 5u, 6u, 7u))
@@ -61,6 +62,7 @@ typedef uint lanes_uint;
 typedef real3 LaneVector;
 #define lanes_load(p, i) ((p)[i])
 #define lanes_store(v, p, i) ((p)[i] = (v))
+#define lanes_load_uint(p, i) ((p)[i])
 #define lanes_first(v) (v)
 #define lanes_of_uint(x) ((real)(x))
 #define lanes_numbers() 0u

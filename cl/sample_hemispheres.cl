@@ -15,6 +15,7 @@
 #include "indirect.h"
 #include "make_record.h"
 #include "shading_point.h"
+#include "strata.h"
 #if IR_RADIANCE
 #include "irradia/shared/radiance_types.h"
 #endif
@@ -164,11 +165,9 @@ IR_FN bool starts_below(const RayStart* start, real3 w) {
 #endif
 }
 
-// Direction of a cell's ray, in the record's frame.
-IR_FN real3 ray_in_frame(uint record, uint cell, uint seed) {
-    Rng rng = rng_make(seed, record, cell);
-    const float xi1 = rng_real(&rng), xi2 = rng_real(&rng);
-    return stratum_direction(cell / IR_N, cell % IR_N, IR_M, IR_N, xi1, xi2);
+// Directions of cells' rays, in the record's frame, one a lane.
+IR_FN LaneVector rays_in_frame(uint record, lanes_uint cell, uint seed) {
+    return strata_directions(cell / IR_N, cell % IR_N, IR_M, IR_N, hash_uint(record ^ hash_uint(seed)));
 }
 
 // The cells of a tile, laid out like those of a hemisphere (sum_cells.h).
@@ -185,15 +184,16 @@ IR_ONCE_FN uint trace_cells(const SceneData* s, const Grid* grid, const ShadingP
     Hit hits[IR_TILE];
     Surface surfaces[IR_TILE];
     real3 radiance[IR_TILE];
-    for (uint i = 0; i < count; ++i) {
-        const uint cell = tile_cell(tile, i);
-        const real3 in_frame = ray_in_frame(record, cell, seed);
-        const real3 w = to_world(start.frame, in_frame);
-        dx[i] = w.x;
-        dy[i] = w.y;
-        dz[i] = w.z;
-        cells->cell[0][i] = in_frame.x;
-        cells->cell[1][i] = in_frame.y;
+    uint cell[IR_TILE];
+    for (uint i = 0; i < IR_TILE; ++i) cell[i] = tile_cell(tile, i);
+    for (uint i = 0; i < IR_TILE; i += IR_LANES) {
+        const LaneVector w = rays_in_frame(record, lanes_load_uint(cell, i), seed);
+        const real3 t = start.frame.t, b = start.frame.b, n = start.frame.n;
+        lanes_store(w.x, cells->cell[0], i);
+        lanes_store(w.y, cells->cell[1], i);
+        lanes_store(w.x * t.x + w.y * b.x + w.z * n.x, dx, i);
+        lanes_store(w.x * t.y + w.y * b.y + w.z * n.y, dy, i);
+        lanes_store(w.x * t.z + w.y * b.z + w.z * n.z, dz, i);
     }
     trace_tile(s, start.above, dx, dy, dz, count, 0.0f, hits);
     for (uint i = 0; i < count; ++i) {
@@ -249,7 +249,7 @@ IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const Shadin
 IR_INLINE_FN void continue_cell(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint cell,
                                 uint edges, uint seed, IR_CELL_SPACE float* cells, RayCount* rays) {
     const RayStart start = ray_start(q);
-    const real3 w = to_world(start.frame, ray_in_frame(record, cell, seed));
+    const real3 w = to_world(start.frame, rays_in_frame(record, cell, seed));
     const real3 origin = starts_below(&start, w) ? start.below : start.above;
     Hit hit;
     hit.t = fabs(cells[2 * IR_CELLS + cell]);

@@ -56,6 +56,7 @@ const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
 
 const Names kLights{"test_light_samples", "test_light_tile", "test_environment", "test_area_light"};
 const Names kTextures{"test_textures"};
+const Names kSamplePoints{"test_sobol_points", "test_strata_points"};
 const Names kRadianceTests{"insert_records",    "project_harmonics",    "tabulate_lobes",  "test_lobe_values",
                            "test_lobe_weights", "test_radiance_lookup", "test_record_sums"};
 const Names kBsdfs{"test_bsdf_evaluate", "test_bsdf_at", "test_bsdf_sample", "test_microfacets", "test_fresnel"};
@@ -350,6 +351,9 @@ TEST_F(Oclgrind, RadianceRecords) {
           kRadianceTests, false);
 }
 TEST_F(Oclgrind, Textures) { check(DEVICE_TEXTURE_TEST, {"--gtest_filter=DeviceTextures.Checker*"}, kTextures); }
+TEST_F(Oclgrind, SamplePoints) {
+    check(DEVICE_FORMULAS_TEST, {"--gtest_filter=DevicePoints.FourDimensions*:DevicePoints.RaysGo*"}, kSamplePoints);
+}
 TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
     check(
         DEVICE_FORMULAS_TEST,
@@ -366,7 +370,7 @@ TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
     for (const Names& names :
          {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes, kGrid,
-          kShapes, kLights, kBsdfs, kTextures, kRadianceHarmonics, kRadianceTests, kProbes, kPoints})
+          kShapes, kLights, kBsdfs, kTextures, kRadianceHarmonics, kRadianceTests, kProbes, kPoints, kSamplePoints})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {

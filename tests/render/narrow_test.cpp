@@ -11,6 +11,7 @@
 namespace irradia::test {
 namespace {
 
+constexpr int seeds = 8;
 constexpr int width = 256, row = 31, first = 106, last = 149;  // where the gap shows, in pixels
 
 // Mean radiance there, red.
@@ -41,27 +42,36 @@ TEST(Narrow, RecordsOutsideDoNotShineIntoAGap) {
 }
 
 // How close records in a narrow place may lie is a setting of its own: closer ones keep light out, at more records.
+// Where records come to lie changes what gets in by a third from seed to seed: means of eight. Rays enough that nothing
+// else does.
 TEST(Narrow, GapSpacingTradesRecordsForLight) {
     const double dark = in_gap(read_image(test_data("etalon/cornell-a.a.exr")).layers[0].data);
     const Scene scene = load(test_data("peers/cornell-a.xml"));
     Device device({});
     RenderSettings s;
     apply_quality(s, Quality::medium);
-    s.spp = 16;
-    std::vector<double> leak;
-    std::vector<std::uint64_t> records;
-    for (const float spacing : {0.3f, 2.0f, 50.0f}) {  // the last: that of records elsewhere, 2 in medium
+    s.spp = 4;
+    s.hemisphere_m = 32;
+    s.hemisphere_n = 64;
+    double leak[2] = {}, records[2] = {};
+    const auto add = [&](std::size_t i, float spacing) {
         s.gap_spacing = spacing;
         const RenderResult r = render(scene, device, s);
-        leak.push_back(in_gap(r.image.layers[0].data) - dark);
-        records.push_back(r.statistics.records);
-        std::printf("spacing %.1f: %.4f too bright, %d records\n", static_cast<double>(spacing), leak.back(),
-                    static_cast<int>(records.back()));
+        leak[i] += (in_gap(r.image.layers[0].data) - dark) / seeds;
+        records[i] += static_cast<double>(r.statistics.records) / seeds;
+        return r;
+    };
+    for (s.seed = 0; s.seed < seeds; ++s.seed) {
+        add(0, 0.3f);
+        add(1, 2);
     }
+    std::printf("spacing .3: %.4f too bright, %.0f records; 2: %.4f, %.0f\n", leak[0], records[0], leak[1], records[1]);
     EXPECT_LT(std::abs(leak[0]), .75 * leak[1]);
     EXPECT_GT(records[0], records[1]);
-    EXPECT_EQ(leak[1], leak[2]);  // never farther apart than elsewhere
-    EXPECT_EQ(records[1], records[2]);
+    // Never farther apart than elsewhere, in medium 2 pixels.
+    s.seed = 1;
+    const Image near = add(1, 2).image, far = add(1, 50).image;
+    EXPECT_EQ(near.layers[0].data, far.layers[0].data);
 }
 
 // A ledge .016 high along x = 0 of a floor; pixels are .024 wide. A spot lights a tilted patch to the right, and only
@@ -88,7 +98,7 @@ double beside_ledge(const RenderResult& r) {
     return sum / 16;
 }
 
-// Against paths, whose 65 536 samples a column know that light to 2 %.
+// Against paths, whose 65 536 samples a column know that light to 2 %. Means of eight seeds: see above.
 TEST(Narrow, RecordsOutsideDoNotShineBehindALedge) {
     const Scene scene = load_text(ledge);
     Device device({});
@@ -99,9 +109,13 @@ TEST(Narrow, RecordsOutsideDoNotShineBehindALedge) {
     for (const auto& [quality, part] : {std::pair{Quality::medium, .55}, {Quality::fine, .3}}) {
         s = {};
         apply_quality(s, quality);
-        const double light = beside_ledge(render(scene, device, s));
-        s.reach_limit = false;
-        const double leak = beside_ledge(render(scene, device, s));
+        double light = 0, leak = 0;
+        for (s.seed = 0; s.seed < seeds; ++s.seed) {
+            s.reach_limit = true;
+            light += beside_ledge(render(scene, device, s)) / seeds;
+            s.reach_limit = false;
+            leak += beside_ledge(render(scene, device, s)) / seeds;
+        }
         std::printf("beside the ledge: %.4f, with narrow places %.4f, without %.4f\n", dark, light, leak);
         EXPECT_GT(leak, 2 * dark);
         EXPECT_LT(std::abs(light - dark), part * (leak - dark));

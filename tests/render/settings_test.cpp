@@ -146,15 +146,18 @@ TEST(Hemisphere, LargerThanLocalMemory) {
     Device device({});
     RenderSettings s = quick();
     s.aovs = {"indirect"};
+    constexpr int seeds = 16;
     const auto indirect = [&](int m, int n) {
         s.hemisphere_m = m;
         s.hemisphere_n = n;
-        return channel_mean(render(scene, device, s).image, 1, 1).mean;
+        double sum = 0;
+        for (s.seed = 0; s.seed < seeds; ++s.seed) sum += channel_mean(render(scene, device, s).image, 1, 1).mean;
+        return sum / seeds;
     };
     const int n = 512, m = static_cast<int>(device.description().local_memory / (9 * 4 * 512)) + 1;
     const double small = indirect(32, 64), large = indirect(m, n);
-    EXPECT_NEAR(large, small,
-                0.02 * small);  // 2048 directions: about 1 % a record, and these are several records' mean
+    // A picture's standard deviation is 2 %: of few records, and of the grid's paths, which differ as records do.
+    EXPECT_NEAR(large, small, 0.02 * small);
 }
 
 TEST(BadSettings, AreRefusedInOneLine) {
