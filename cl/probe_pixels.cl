@@ -1,28 +1,7 @@
 // Probes of a finished picture (theory 8): unbiased estimates of what single pixels ought to show, independent of the
 // picture, and where the picture shows lamps.
-#include "camera_tile.h"
 #include "film.h"
-#include "path.h"
-#include "sobol.h"
-
-// A sample's first bounce and light sample take these; what follows is drawn independently.
-typedef struct ProbeNumbers {
-    float light_u, light_v, bsdf[4];
-} ProbeNumbers;
-
-// Path from the surface a sample sees, its first vertex by numbers stratified over the batch.
-IR_FN void probe_path(const SceneData* s, const Surface* f, const ProbeNumbers* u, uint edges, Rng* rng, RayCount* rays,
-                      real3* direct, real3* indirect) {
-    *direct += emitted_radiance(s, f);
-    if (edges == 0u || !reflects(f)) return;
-    PathState path = path_from(*f, 0.0f);
-    const bool straight = is_specular(f);
-    if (!straight) *direct += next_event(s, f, u->light_u, u->light_v, true, rays);
-    Bounce b;
-    if (!bsdf_sample(s, f, u->bsdf[0], u->bsdf[1], u->bsdf[2], &b.sample)) return;
-    if (!path_follow(s, &path, &b, false, false, rng, rays, direct)) return;
-    path_on(s, &path, 1u, edges, straight, rng, rays, direct, indirect);
-}
+#include "path_start.h"
 
 // Item i: batch first_batch + i % batches of probe i / batches: `count` samples of that probe's pixel, on a set of scrambled Sobol
 // points of its own, so that batches are independent of each other. Their sums of direct and indirect radiance, RGB
@@ -41,19 +20,10 @@ IR_KERNEL void probe_pixels(IR_SCENE_ARGS, IR_GLOBAL const uint* pixels, IR_GLOB
     for (uint first = 0; first < count; first += IR_TILE) {
         const uint tile_count = min((uint)IR_TILE, count - first);
         CameraTile tile;
-        ProbeNumbers numbers[IR_TILE];
+        PathNumbers numbers;
         Rng rng = rng_make(set, probe, first);
-        float film_u[IR_TILE], film_v[IR_TILE];
-        for (uint i = 0; i < tile_count; ++i) {
-            float u[4];
-            sobol4(first + i, set, u);
-            film_u[i] = u[0];
-            film_v[i] = u[1];
-            numbers[i].light_u = u[2];
-            numbers[i].light_v = u[3];
-            sobol4(sobol_shuffle(first + i, set), hash_uint(set ^ 0x62736466u), numbers[i].bsdf);
-        }
-        tile_rays(&s, pixel, tile_count, film_u, film_v, &rng, &tile);
+        path_numbers(first, tile_count, set, &numbers);
+        tile_rays(&s, pixel, tile_count, numbers.film_u, numbers.film_v, &rng, &tile);
         trace_camera_tile(&s, tile_count, &rng, &tile);
         for (uint i = 0; i < tile_count; ++i) {
             const real3 direction = tile_direction(&tile, i);
@@ -64,7 +34,7 @@ IR_KERNEL void probe_pixels(IR_SCENE_ARGS, IR_GLOBAL const uint* pixels, IR_GLOB
             }
             const Surface f = surface_at(&s, tile_origin(&tile, i), direction, &hit);
             Rng path_rng = rng_make(set ^ 0x70617468u, probe, first + i);
-            probe_path(&s, &f, &numbers[i], edges, &path_rng, &rays, &direct, &indirect);
+            seen_radiance(&s, &f, &numbers, i, edges, &path_rng, &rays, &direct, &indirect);
         }
     }
     IR_GLOBAL float* out = sums + 6u * item;

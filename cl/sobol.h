@@ -11,19 +11,12 @@
 #include "lanes.h"
 #include "random.h"
 
-IR_CONSTANT uint sobol_directions[3][32] = {
-    {0x00000001u, 0x00000003u, 0x00000005u, 0x0000000fu, 0x00000011u, 0x00000033u, 0x00000055u, 0x000000ffu,
-     0x00000101u, 0x00000303u, 0x00000505u, 0x00000f0fu, 0x00001111u, 0x00003333u, 0x00005555u, 0x0000ffffu,
-     0x00010001u, 0x00030003u, 0x00050005u, 0x000f000fu, 0x00110011u, 0x00330033u, 0x00550055u, 0x00ff00ffu,
-     0x01010101u, 0x03030303u, 0x05050505u, 0x0f0f0f0fu, 0x11111111u, 0x33333333u, 0x55555555u, 0xffffffffu},
-    {0x00000001u, 0x00000002u, 0x00000005u, 0x0000000bu, 0x00000016u, 0x00000027u, 0x00000054u, 0x000000adu,
-     0x00000103u, 0x000002f4u, 0x000006a6u, 0x00000d14u, 0x0000166fu, 0x000021a2u, 0x00004899u, 0x0000c8dbu,
-     0x0001d8f1u, 0x00039ac2u, 0x00070e1au, 0x0008813eu, 0x001414c3u, 0x0023c5fdu, 0x005fb535u, 0x00e16737u,
-     0x017311d8u, 0x02f1ca20u, 0x069b3b30u, 0x0b0973b4u, 0x1c9e9c61u, 0x26b7f325u, 0x4601cba3u, 0xbe721641u},
-    {0x00000001u, 0x00000003u, 0x00000004u, 0x0000000du, 0x00000017u, 0x00000034u, 0x00000041u, 0x000000c7u,
-     0x00000103u, 0x0000038eu, 0x000006ccu, 0x00000b1fu, 0x00001779u, 0x000032fdu, 0x00005abau, 0x0000a513u,
-     0x0001b43cu, 0x0002e249u, 0x00070913u, 0x000ffedau, 0x001414a8u, 0x0031ae1cu, 0x004cd9b3u, 0x009861dcu,
-     0x017411d0u, 0x038aa51fu, 0x06e529e8u, 0x0d0378aeu, 0x1bfcff7fu, 0x35efbf52u, 0x5352f43bu, 0xd4a0c3e3u}};
+// Columns of R, bit-reversed.
+IR_CONSTANT uint sobol_r[32] = {
+    0x00000001u, 0x00000002u, 0x00000005u, 0x0000000bu, 0x00000016u, 0x00000027u, 0x00000054u, 0x000000adu,
+    0x00000103u, 0x000002f4u, 0x000006a6u, 0x00000d14u, 0x0000166fu, 0x000021a2u, 0x00004899u, 0x0000c8dbu,
+    0x0001d8f1u, 0x00039ac2u, 0x00070e1au, 0x0008813eu, 0x001414c3u, 0x0023c5fdu, 0x005fb535u, 0x00e16737u,
+    0x017311d8u, 0x02f1ca20u, 0x069b3b30u, 0x0b0973b4u, 0x1c9e9c61u, 0x26b7f325u, 0x4601cba3u, 0xbe721641u};
 
 // Nested uniform scramble of a bit-reversed number (Laine and Karras' hash).
 IR_FN lanes_uint owen_scramble_reversed(lanes_uint x, lanes_uint seed) {
@@ -49,28 +42,29 @@ IR_FN lanes scrambled_by(lanes_uint x, lanes_uint hashed) {
 }
 IR_FN lanes scrambled_number(lanes_uint x, uint seed) { return scrambled_by(x, (lanes_uint)(hash_uint(seed))); }
 
-// Points first, first + 1, ... of the sequence scrambled by `seed` (one seed a pixel), one a lane: four numbers in [0,1)
-// each.
-IR_FN void sobol4_lanes(uint first, uint seed, lanes* x) {
-    const lanes_uint index = first + lanes_numbers();
-    lanes_uint r1 = index ^ index, r2 = r1, r3 = r1;
-    uint last = first + IR_LANES - 1u;
-    for (uint b = 0; last != 0u; ++b, last >>= 1) {
-        const lanes_uint mask = 0u - ((index >> b) & 1u);
-        r1 ^= sobol_directions[0][b] & mask;
-        r2 ^= sobol_directions[1][b] & mask;
-        r3 ^= sobol_directions[2][b] & mask;
-    }
-    x[0] = scrambled_number(index, seed);
-    x[1] = scrambled_number(r1, seed + 0x9e3779b9u);
-    x[2] = scrambled_number(r2, seed + 0x3c6ef372u);
-    x[3] = scrambled_number(r3, seed + 0xdaa66d2bu);
+// P times a vector: Pascal's triangle modulo 2, the power of ((1, 1), (0, 1)) that a bit each of the index picks.
+IR_FN lanes_uint sobol_pascal(lanes_uint x) {
+    x ^= (x >> 1) & 0x55555555u;
+    x ^= (x >> 2) & 0x33333333u;
+    x ^= (x >> 4) & 0x0f0f0f0fu;
+    x ^= (x >> 8) & 0x00ff00ffu;
+    return x ^ (x >> 16);
 }
 
-// The index of point `index` in another order of the same points (Burley 2020): what is drawn by it has dimensions of
-// its own.
-IR_FN uint sobol_shuffle(uint index, uint seed) {
-    return lanes_first(reverse_bits(owen_scramble_reversed(reverse_bits((lanes_uint)(index)), (lanes_uint)(hash_uint(~seed)))));
+// The points `index` of the sequence scrambled by `seed` (one seed a pixel), one a lane: four numbers in [0,1) each. No
+// index has bits above those of `most`.
+IR_FN void sobol4_at(lanes_uint index, uint most, uint seed, lanes* x) {
+    lanes_uint r = index ^ index;
+    for (uint b = 0; most != 0u; ++b, most >>= 1) r ^= sobol_r[b] & (0u - ((index >> b) & 1u));
+    x[0] = scrambled_number(index, seed);
+    x[1] = scrambled_number(sobol_pascal(index), seed + 0x9e3779b9u);
+    x[2] = scrambled_number(r, seed + 0x3c6ef372u);
+    x[3] = scrambled_number(sobol_pascal(r), seed + 0xdaa66d2bu);
+}
+
+// Points first, first + 1, ...
+IR_FN void sobol4_lanes(uint first, uint seed, lanes* x) {
+    sobol4_at(first + lanes_numbers(), first + IR_LANES - 1u, seed, x);
 }
 
 // Point `index`.
@@ -78,5 +72,12 @@ IR_FN void sobol4(uint index, uint seed, real* x) {
     lanes all[4];
     sobol4_lanes(index, seed, all);
     for (uint i = 0; i < 4u; ++i) x[i] = lanes_first(all[i]);
+}
+
+// sobol4_lanes() in another order of the points (Burley 2020): what is drawn by it has dimensions of its own.
+IR_FN void sobol4_shuffled(uint first, uint seed, lanes* x) {
+    const lanes_uint index = reverse_bits(first + lanes_numbers());
+    const lanes_uint other = reverse_bits(owen_scramble_reversed(index, (lanes_uint)(hash_uint(~seed))));
+    sobol4_at(other, 0xffffffffu, hash_uint(seed ^ 0x62736466u), x);
 }
 #endif

@@ -1,21 +1,17 @@
 // The etalon: unbiased path tracing. One work-item a pixel; a launch adds `count` samples to each pixel's sum, which
 // the host accumulates in double, so that 100 000 samples a pixel lose no precision.
-#include "camera_tile.h"
 #include "film.h"
-#include "path.h"
+#include "path_start.h"
 
 // A tile of IR_TILE samples of one pixel: camera rays as one packet, then a path each.
 IR_ONCE_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint count, uint edges, uint seed,
                                 PixelSum* sum, RayCount* rays) {
     CameraTile tile;
     Rng tile_rng = rng_make(seed ^ 0x6c656e73u, pixel, first);
-    float u[IR_TILE], v[IR_TILE];
-    for (uint i = 0; i < count; ++i) {
-        Rng rng = rng_make(seed, pixel, first + i);
-        u[i] = rng_real(&rng);
-        v[i] = rng_real(&rng);
-    }
-    tile_rays(s, pixel, count, u, v, &tile_rng, &tile);
+    PathNumbers numbers;
+    // Points of its own: a picture by the cache, of the same seed, must not share the noise of the etalon that judges it.
+    path_numbers(first, count, hash_uint(pixel ^ hash_uint(seed ^ 0x65746c6eu)), &numbers);
+    tile_rays(s, pixel, count, numbers.film_u, numbers.film_v, &tile_rng, &tile);
     trace_camera_tile(s, count, &tile_rng, &tile);
     for (uint i = 0; i < count; ++i) {
         const real3 direction = tile_direction(&tile, i);
@@ -24,10 +20,10 @@ IR_ONCE_FN void trace_path_tile(const SceneData* s, uint pixel, uint first, uint
             pixel_add_miss(sum, environment_radiance(s, direction));
             continue;
         }
-        Rng rng = rng_make(seed, pixel, (first + i) ^ 0x80000000u);
+        Rng rng = rng_make(seed, pixel, first + i);
         const Surface f = surface_at(s, tile_origin(&tile, i), direction, &hit);
-        real3 direct = emitted_radiance(s, &f), indirect = make_real3(0.0f, 0.0f, 0.0f);
-        reflected_radiance(s, f, edges, &rng, rays, &direct, &indirect);
+        real3 direct = make_real3(0.0f, 0.0f, 0.0f), indirect = direct;
+        seen_radiance(s, &f, &numbers, i, edges, &rng, rays, &direct, &indirect);
         pixel_add(sum, &f, hit.t, direct, indirect);
     }
 }

@@ -136,7 +136,7 @@ TEST(ErrorProbes, FindTheErrorThatWasPaintedIntoAFurnace) {
     const RenderSettings settings = path_settings(1, 3);
     int held = 0, bias_held = 0, rounds = 0;
     for (const double error : {.004, .02, .1})
-        for (const unsigned seed : {1u, 2u, 3u, 4u, 5u}) {
+        for (unsigned seed = 1; seed <= 12; ++seed) {
             RenderSettings s = settings;
             s.seed = seed;
             irradia::Run run(scene, device, s, no_progress);
@@ -166,8 +166,8 @@ TEST(ErrorProbes, FindTheErrorThatWasPaintedIntoAFurnace) {
             EXPECT_EQ(r.doubt, "");
             EXPECT_EQ(r.paths, 6u * 64 * 16 * 32);
         }
-    EXPECT_GE(held, rounds - 3);  // of 15: more than three misses of 5 % each happen once in 200
-    EXPECT_GE(bias_held, rounds - 3);
+    EXPECT_GE(held, rounds - 6);  // of 36: more than six misses of 5 % each happen once in 400
+    EXPECT_GE(bias_held, rounds - 6);
 }
 
 // The naive figure, sqrt(mean (I - x)²), would read the probes' own noise as error.
@@ -203,7 +203,7 @@ TEST(ErrorProbes, LampsAndWhatTheFilterMixesWithThemDoNotCount) {
         for (std::size_t i = 0; i < counted.size(); ++i) {
             const double red = static_cast<double>(data[3 * i]);
             dark += counted[i] == 1;
-            if (red <= 6) continue;  // beyond: more than half of the pixel shows the lamp, of radiance 12
+            if (red <= 4) continue;  // beyond: more than a third of the pixel shows the lamp, of radiance 12
             lit += 1;
             EXPECT_EQ(counted[i], 0) << filter << " " << i;
         }

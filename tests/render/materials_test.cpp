@@ -4,6 +4,12 @@
 
 #include "room.h"
 
+#include "cl/portable.h"
+namespace irradia::host {
+#include "cl/fresnel.h"
+}
+#undef R
+
 namespace irradia::test {
 namespace {
 
@@ -57,6 +63,20 @@ INSTANTIATE_TEST_SUITE_P(
                  false}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+// By how much smooth plastic's base is too bright at albedo 1: its share of light that the coat throws back inside,
+// r, is a fit (Egan and Hilgeman's, as in Mitsuba), and light comes out as 1 / (1 - r). Against the integral: .12 %.
+double excess_of_smooth_plastic() {
+    constexpr double eta = 1.49 / 1.000277;  // polypropylene in air, Mitsuba's defaults
+    constexpr int steps = 20000;
+    host::real r = 0, unused = 0;
+    for (int i = 0; i < steps; ++i) {
+        const double c = (i + .5) / steps;
+        r += 2 * c * host::fresnel_dielectric(c, 1 / eta, &unused) / steps;
+    }
+    const double fit = 0.0636 * eta + 0.6681 + (0.7099 - 1.4399 / eta) / eta;
+    return (1 - r) / (1 - fit) - 1;
+}
+
 // Light that refraction traps inside comes out after many bounces: unbiased roulette keeps the mean, sample by sample
 // it varies. So does a rough surface's, which loses some to facets that shade each other.
 TEST(WhiteFurnaceOnAverage, GlassShowsNothingAndRoughSurfacesDarkenOnly) {
@@ -79,7 +99,10 @@ TEST(WhiteFurnaceOnAverage, GlassShowsNothingAndRoughSurfacesDarkenOnly) {
           R"(<bsdf type="roughplastic"><rgb name="diffuse_reflectance" value="1"/>)" + rough + "</bsdf>",
           std::string(R"(<bsdf type="plastic"><rgb name="diffuse_reflectance" value="1"/></bsdf>)")}) {
         const Mean m = mean_of(bsdf);
-        EXPECT_LE(m.mean, 1.0 + 5 * m.error + 1e-4) << bsdf;
+        const double fit = bsdf.find("roughplastic") == std::string::npos && bsdf.find("plastic") != std::string::npos
+                               ? excess_of_smooth_plastic()
+                               : 0;
+        EXPECT_LE(m.mean, 1.0 + fit + 5 * m.error + 1e-4) << bsdf;
         EXPECT_GT(m.mean, 0.6) << bsdf;
     }
 }

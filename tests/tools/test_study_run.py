@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -48,6 +49,9 @@ class Study(unittest.TestCase):
                                               "other <one>,a,0.5,0.4\nother <one>,b,2,0.2\n")
         subprocess.run([RENDER, cls.scene, "-o", cls.folder / "ref.exr", "-q", "--method", "path", "--spp", "1024",
                         "--seed", "99", "--width", "32", "--height", "32", "--rfilter", "box"], check=True)
+        # Without the lamp: a few pixels on its edges would be most of the error, too few to know it by.
+        rows = [1.0 if row < 22 else 0.0 for row in range(32) for _ in range(32 * 3)]  # from the bottom
+        (cls.folder / "mask.pfm").write_bytes(b"PF\n32 32\n-1\n" + struct.pack(f"<{len(rows)}f", *rows))
 
     @classmethod
     def tearDownClass(cls):
@@ -55,7 +59,7 @@ class Study(unittest.TestCase):
 
     def command(self, *more, seeds="2", out="out"):
         return [sys.executable, "-B", "-c", "import sys, study_lib.command as c; sys.exit(c.main(sys.argv[1:]))",
-                str(self.scene), "--reference", str(self.folder / "ref.exr"),
+                str(self.scene), "--reference", str(self.folder / "ref.exr"), "--mask", str(self.folder / "mask.pfm"),
                 "--sweep", str(self.folder / "sweep.json"), "--seeds", seeds, "--render", RENDER, "--compare", COMPARE,
                 "--render-option=--rfilter=box", "-o", str(self.folder / out), *more]
 
@@ -96,11 +100,11 @@ class Study(unittest.TestCase):
                 self.assertGreater(float(p[column]), 0, column)
         self.assertEqual([float(p["records"]) > 0 for p in points], [True, False, False])
         # The error of paths is noise alone, all of it (the reference's own, of 1024, is a quarter of the last's: 3 % of
-        # what is seen), and falls as 1/sqrt(spp).
+        # what is seen), and falls as 1/sqrt(spp) or, as far as first vertices are stratified, faster.
         path = points[1:]
         for p in path:
             self.assertAlmostEqual(float(p["noise"]) / float(p["rel_rmse"]), 1, delta=0.15)
-        self.assertAlmostEqual(float(path[0]["rel_rmse"]) / float(path[1]["rel_rmse"]), 2, delta=0.5)
+        self.assertGreater(float(path[0]["rel_rmse"]) / float(path[1]["rel_rmse"]), 1.8)
 
         text = (self.folder / "out" / "study.html").read_text()
         page = Page(text)
