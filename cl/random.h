@@ -4,14 +4,16 @@
 #define IR_RANDOM_H
 #include "portable.h"
 
-// Integer hash with low bias (Wellons' lowbias32).
-IR_FN uint hash_uint(uint x) {
-    x ^= x >> 16;
-    x *= 0x7feb352du;
-    x ^= x >> 15;
-    x *= 0x846ca68bu;
-    return x ^ (x >> 16);
-}
+// Integer hash with low bias (Wellons' lowbias32), of a number or of each lane (strata.h).
+#define IR_HASH_FN(type, name)     \
+    IR_FN type name(type x) {      \
+        x ^= x >> 16;              \
+        x *= 0x7feb352du;          \
+        x ^= x >> 15;              \
+        x *= 0x846ca68bu;          \
+        return x ^ (x >> 16);      \
+    }
+IR_HASH_FN(uint, hash_uint)
 
 // [0,1): the 24 leading bits, so that the largest value is 1 - 2^-24 and never rounds to 1.
 #define IR_UNIT R(5.9604644775390625e-8)  // 2^-24

@@ -4,14 +4,7 @@
 #include "sampling.h"
 #include "sobol.h"
 
-// hash_uint() of each lane.
-IR_FN lanes_uint hash_lanes(lanes_uint x) {
-    x ^= x >> 16;
-    x *= 0x7feb352du;
-    x ^= x >> 15;
-    x *= 0x846ca68bu;
-    return x ^ (x >> 16);
-}
+IR_HASH_FN(lanes_uint, hash_lanes)
 
 // Points (xi1, xi2) of [0, 1) x [0, 1) for strata (j, k) of one hemisphere, whose `seed` is a hash; one a lane. Each is uniform,
 // so that a stratum's estimate is unbiased whatever the others are. But those of a ring are van der Corput's points in
