@@ -11,7 +11,7 @@ namespace irradia {
 namespace {
 using Counters = std::array<std::uint32_t, IR_COUNTER_SETS * IR_COUNTER_STRIDE>;
 static_assert(IR_COUNTERS <= IR_COUNTER_STRIDE);
-}
+}  // namespace
 
 Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
     : scene(scene_in),
