@@ -4,8 +4,7 @@
 // and P R, where P is that of dimension 1 and R is upper triangular): Sobol's own dimensions 2 and 3 are not that good a
 // pair, their first four and eight points lie in half of the quarters of a lamp. R makes of the four dimensions
 // together what it can: of the 20, 35, 56 ways to cut the cube into 8, 16, 32 elementary intervals 16, 29, 40 have a point in
-// each (Sobol's, by Joe and Kuo: 13, 26, 41). A beam search by these numbers, up to 2^14 points, found it. Columns of the
-// matrices, bit-reversed.
+// each (Sobol's, by Joe and Kuo: 13, 26, 41). A beam search by these numbers, up to 2^14 points, found it.
 #ifndef IR_SOBOL_H
 #define IR_SOBOL_H
 #include "lanes.h"
