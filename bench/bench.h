@@ -8,11 +8,11 @@
 namespace irradia::bench {
 
 void register_rays();
-/// `device`: DeviceOptions::select.
-void register_octree(const std::string& device);
-void register_hemispheres(const std::string& device);
+void register_octree(const DeviceOptions& options);
+void register_hemispheres(const DeviceOptions& options);
 
-/// CPU time of the process: on a busy machine wall time would measure the neighbours.
+/// CPU time of the process: on a busy machine wall time would measure the neighbours. (Of all its threads, those that
+/// wait in a loop too: DeviceOptions::threads is 1.)
 inline double cpu_seconds() {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);

@@ -77,12 +77,6 @@ private:
     Buffer rays_, results_, nodes_, leaves_, unused_, info_;
 };
 
-DeviceOptions options(const std::string& select) {
-    DeviceOptions o;
-    o.select = select;
-    return o;
-}
-
 // Where random rays of the camera hit: what records are made at.
 std::vector<SurfacePoint> seen_points(Device& device, const Scene& scene, std::size_t count) {
     std::mt19937 random(5);
@@ -118,7 +112,7 @@ struct Case {
     std::vector<SurfacePoint> points;
     std::unique_ptr<Traced> closest, shadows;
 
-    Case(const std::string& name, const std::string& select) : lit(lit_scene(name)), device(options(select)) {
+    Case(const std::string& name, const DeviceOptions& options) : lit(lit_scene(name)), device(options) {
         build_accel(lit.scene);
         // A GPU is full with some thousand groups only.
         points = seen_points(device, lit.scene, device.description().is_cpu ? 192 : 8192);
@@ -130,10 +124,10 @@ struct Case {
     }
 };
 
-Case& get_case(const std::string& name, const std::string& select) {
+Case& get_case(const std::string& name, const DeviceOptions& options) {
     static std::map<std::string, std::unique_ptr<Case>> cases;
     std::unique_ptr<Case>& c = cases[name];
-    if (!c) c = std::make_unique<Case>(name, select);
+    if (!c) c = std::make_unique<Case>(name, options);
     return *c;
 }
 
@@ -156,8 +150,9 @@ std::vector<shared::ShadingPoint> shading_points(const std::vector<SurfacePoint>
 // form "grid": as the renderer does by default, light of the second bounce from the irradiance grid; "bounce": no grid,
 // and paths end where the hemisphere's ray hits, with a shadow ray and a ray along the BSDF, which weighs against it;
 // "paths": no grid, paths of any length.
-void hemisphere(benchmark::State& state, const std::string& select, const std::string& name, const std::string& form) {
-    Case& c = get_case(name, select);
+void hemisphere(benchmark::State& state, const DeviceOptions& options, const std::string& name,
+                const std::string& form) {
+    Case& c = get_case(name, options);
     RenderSettings settings;
     settings.hemisphere_m = rings, settings.hemisphere_n = sectors;
     settings.grid = form == "grid";
@@ -210,11 +205,11 @@ void hemisphere(benchmark::State& state, const std::string& select, const std::s
 
 }  // namespace
 
-void register_hemispheres(const std::string& device) {
+void register_hemispheres(const DeviceOptions& options) {
     for (const std::string scene : {"cornell", "mesh60k", "mesh250k"})
         for (const std::string form : {"grid", "bounce", "paths"})
             benchmark::RegisterBenchmark(("hemisphere/" + scene + "/" + form).c_str(),
-                                         [=](benchmark::State& s) { hemisphere(s, device, scene, form); })
+                                         [=](benchmark::State& s) { hemisphere(s, options, scene, form); })
                 ->UseManualTime()
                 ->Unit(benchmark::kMillisecond);
 }

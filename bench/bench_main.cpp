@@ -1,7 +1,6 @@
 // irradia_bench [--device SELECT] [Google Benchmark's options]
 #include <benchmark/benchmark.h>
 
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -9,27 +8,27 @@
 #include "bench.h"
 
 int main(int argc, char** argv) {
-    // One thread on CPU devices, unless somebody asked for more: Embree is timed on one, and rates are told per thread.
-    setenv("POCL_MAX_PTHREAD_COUNT", "1", 0);
-    std::string device = "CPU";
+    irradia::DeviceOptions options;
+    options.threads = 1;  // Embree is timed on one, and rates are told per thread
+    options.select = "CPU";
     for (const irradia::DeviceDescription& d : irradia::list_devices())
         if (d.is_cpu) {
-            device = std::to_string(d.index);
+            options.select = std::to_string(d.index);
             break;
         }
     int kept = 1;
     for (int i = 1; i < argc; ++i) {
         if (std::strcmp(argv[i], "--device") == 0 && i + 1 < argc)
-            device = argv[++i];
+            options.select = argv[++i];
         else if (std::strncmp(argv[i], "--device=", 9) == 0)
-            device = argv[i] + 9;
+            options.select = argv[i] + 9;
         else
             argv[kept++] = argv[i];
     }
     argc = kept;
     irradia::bench::register_rays();
-    irradia::bench::register_octree(device);
-    irradia::bench::register_hemispheres(device);
+    irradia::bench::register_octree(options);
+    irradia::bench::register_hemispheres(options);
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
     try {

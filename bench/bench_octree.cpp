@@ -1,7 +1,8 @@
 // The octree of records by the renderer's kernels: look-ups and insertion for 10^3 to 10^6 records of equal density.
 // The records lie on the six walls of a room that grows as the root of their number, so that a look-up meets equally
 // many. It stands askew to the octree's axes: along them the walls of a small room would lie in the outermost cells,
-// where a record meets half as many cells as the same one elsewhere.
+// where a record meets half as many cells as the same one elsewhere. Records come in as many iterations whatever their
+// number, as those of a picture do: a larger one makes more in each. So a new record finds equally many others, too.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@
 namespace irradia::bench {
 namespace {
 
-constexpr std::size_t batch = 4096;    // records of one iteration: one of each 16x16 block of a megapixel
+constexpr std::size_t iterations = 16;
 constexpr float least_support = 0.8f;  // in units of the mean distance of records; at most 4 times that
 constexpr float pixel = 0.5f;          // distance of neighbouring pixels, in the same units
 constexpr std::size_t least_points = 1u << 17;
@@ -55,6 +56,8 @@ WallPoint wall_point(int wall, float a, float b, float size) {
     return {turned(p), turned(n), turned(t)};
 }
 
+std::size_t batch_of(std::size_t records) { return (records + iterations - 1) / iterations; }
+
 float room_size(std::size_t records) { return std::sqrt(static_cast<float>(records) / 6.0f); }
 
 // In the order of a picture: an iteration makes records all over it, row by row, so that those of one neighbourhood
@@ -62,6 +65,7 @@ float room_size(std::size_t records) { return std::sqrt(static_cast<float>(recor
 std::vector<Record> make_records(std::size_t count) {
     std::mt19937 random(1);
     std::uniform_real_distribution<float> u(0, 1);
+    const std::size_t batch = batch_of(count);
     const float size = room_size(count);
     const float row = size * std::sqrt(6.0f / static_cast<float>(batch));
     std::vector<Record> records(count);
@@ -115,12 +119,12 @@ std::vector<float> make_points(std::size_t records, bool coherent) {
 
 class Octree {
 public:
-    Octree(const std::string& select, std::size_t count, bool clamp)
-        : device_(options(select)), records_(make_records(count)), clamp_(clamp) {
+    Octree(const DeviceOptions& options, std::size_t count, bool clamp)
+        : device_(options), records_(make_records(count)), batch_(batch_of(count)), clamp_(clamp) {
         shared::ShadingPoint point{};
         point.footprint = pixel;
         points_ = device_.upload(&point, sizeof point);
-        stack_ = device_.upload(std::vector<std::uint32_t>(batch, 0));
+        stack_ = device_.upload(std::vector<std::uint32_t>(batch_, 0));
         fill();  // compiles
     }
 
@@ -143,8 +147,8 @@ public:
         settings.min_spacing = min_spacing;
         cache_ = std::make_unique<RecordCache>(device_, settings);
         double seconds = 0;
-        for (std::size_t first = 0; first < records_.size(); first += batch) {
-            const std::size_t n = std::min(batch, records_.size() - first);
+        for (std::size_t first = 0; first < records_.size(); first += batch_) {
+            const std::size_t n = std::min(batch_, records_.size() - first);
             DeviceClock growth(device_);
             const std::uint32_t at = cache_->reserve(n);
             seconds += growth.seconds();
@@ -198,22 +202,18 @@ public:
     Device& device() { return device_; }
 
 private:
-    static DeviceOptions options(const std::string& select) {
-        DeviceOptions o;
-        o.select = select;
-        return o;
-    }
     Device device_;
     std::vector<Record> records_;
+    std::size_t batch_;
     bool clamp_;
     Buffer points_, stack_;
     std::unique_ptr<RecordCache> cache_;
 };
 
-Octree& get_octree(const std::string& device, std::size_t count) {
+Octree& get_octree(const DeviceOptions& options, std::size_t count) {
     static std::map<std::size_t, std::unique_ptr<Octree>> octrees;
     std::unique_ptr<Octree>& o = octrees[count];
-    if (!o) o = std::make_unique<Octree>(device, count, false);
+    if (!o) o = std::make_unique<Octree>(options, count, false);
     return *o;
 }
 
@@ -225,8 +225,8 @@ void report_octree(benchmark::State& state, const RecordCache& cache) {
     state.counters["depth"] = static_cast<double>(o.depth);
 }
 
-void look_up(benchmark::State& state, const std::string& device, std::size_t records, bool coherent) {
-    Octree& octree = get_octree(device, records);
+void look_up(benchmark::State& state, const DeviceOptions& options, std::size_t records, bool coherent) {
+    Octree& octree = get_octree(options, records);
     const std::vector<float> points = make_points(records, coherent);
     const std::size_t count = points.size() / 6;
     const Buffer in = octree.device().upload(points), out = octree.device().allocate(4 * count * sizeof(float));
@@ -244,8 +244,8 @@ void look_up(benchmark::State& state, const std::string& device, std::size_t rec
     report_octree(state, octree.cache());
 }
 
-void insert(benchmark::State& state, const std::string& device, std::size_t records, bool clamp) {
-    Octree octree(device, records, clamp);
+void insert(benchmark::State& state, const DeviceOptions& options, std::size_t records, bool clamp) {
+    Octree octree(options, records, clamp);
     double best = 1e30;
     for (auto _ : state) {
         const double seconds = octree.fill();
@@ -258,7 +258,7 @@ void insert(benchmark::State& state, const std::string& device, std::size_t reco
 
 }  // namespace
 
-void register_octree(const std::string& device) {
+void register_octree(const DeviceOptions& options) {
     const auto add = [](const std::string& name, auto run) {
         benchmark::RegisterBenchmark(name.c_str(), run)->UseManualTime()->Unit(benchmark::kMillisecond);
     };
@@ -266,11 +266,11 @@ void register_octree(const std::string& device) {
     for (const bool coherent : {true, false})
         for (const std::size_t n : sizes)
             add(std::string("octree/look_up/") + (coherent ? "coherent/" : "random/") + std::to_string(n),
-                [=](benchmark::State& s) { look_up(s, device, n, coherent); });
+                [=](benchmark::State& s) { look_up(s, options, n, coherent); });
     for (const bool clamp : {false, true})
         for (const std::size_t n : sizes)
             add(std::string("octree/insert/") + (clamp ? "clamped/" : "plain/") + std::to_string(n),
-                [=](benchmark::State& s) { insert(s, device, n, clamp); });
+                [=](benchmark::State& s) { insert(s, options, n, clamp); });
 }
 
 }  // namespace irradia::bench
