@@ -56,7 +56,7 @@ IR_KERNEL void clamp_records(IR_OCTREE_ARGS, IR_GLOBAL RecordKey* record_keys, C
 
 IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octree_entries, IR_GLOBAL uint* octree_state,
                               uint octree_mask, IR_GLOBAL const RecordKey* record_keys,
-                              CacheParameters cache_parameters, uint node_capacity, uint entry_capacity,
+                              CacheParameters cache_parameters, uint node_capacity, uint entry_capacity, uint again,
                               uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
     OctreeMemory tree;
@@ -66,6 +66,7 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
     tree.mask = octree_mask;
     tree.node_capacity = node_capacity;
     tree.entry_capacity = entry_capacity;
+    tree.again = again;
     const uint record = first_record + IR_GLOBAL_ID;
     const RecordKey k = record_keys[record];
     octree_insert(&tree, cache_parameters, record, make_real3(k.px, k.py, k.pz), make_real3(k.nx, k.ny, k.nz), k.support2,

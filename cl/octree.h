@@ -115,6 +115,7 @@ typedef struct OctreeMemory {
     volatile IR_GLOBAL uint* entries;
     volatile IR_GLOBAL uint* state;  // OctreeState, as words
     uint mask, node_capacity, entry_capacity;  // node_capacity is less than the table, so that searches end
+    uint again;                                // not 0: some of the records may have been entered already
 } OctreeMemory;
 
 // The node of a cell with lower corner lo, made if it is not there; IR_NO_NODE if the nodes are used up. Its two words
@@ -155,9 +156,15 @@ IR_FN void octree_send_for(const OctreeMemory* tree, uint node) {
     if (head != 0u) IR_PREFETCH(tree->entries + (size_t)2u * (head - 1u));
 }
 
-// Enters record into node's list at its place; returns 0 if the entries are used up. Lock-free: a lost race retries.
-IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record) {
-    uint entry = 0xffffffffu;
+// Entries of one record that are its own: [first, end).
+typedef struct OctreeEntries {
+    uint first, end;
+} OctreeEntries;
+
+// Enters record into node's list at its place; returns 0 if the entries are used up. Lock-free: a lost race retries. If
+// the record has no entries left `wanted` are taken, all that it is going to need: threads that took one each time would
+// wait for one another.
+IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record, OctreeEntries* own, uint wanted) {
     volatile IR_GLOBAL uint* link = &tree->nodes[(size_t)IR_NODE_STRIDE * node + IR_NODE_HEAD];
     for (;;) {
         uint next = *link;
@@ -166,17 +173,21 @@ IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record) {
             next = *link;
         }
         if (next != 0u && tree->entries[(size_t)2u * (next - 1u)] == record) return 1u;
-        if (entry == 0xffffffffu) {
-            entry = IR_ATOMIC_ADD(&tree->state[1], 1u);
-            if (entry >= tree->entry_capacity) {
-                tree->state[2] = 1u;
-                return 0u;
-            }
-            tree->entries[(size_t)2u * entry] = record;
+        if (own->first == own->end) {
+            own->first = IR_ATOMIC_ADD(&tree->state[1], wanted);
+            own->end = own->first + wanted;
         }
-        tree->entries[(size_t)2u * entry + 1u] = next;
+        if (own->first >= tree->entry_capacity) {
+            tree->state[2] = 1u;
+            return 0u;
+        }
+        tree->entries[(size_t)2u * own->first] = record;
+        tree->entries[(size_t)2u * own->first + 1u] = next;
         IR_GLOBAL_FENCE();
-        if (IR_ATOMIC_CAS(link, next, entry + 1u) == next) return 1u;
+        if (IR_ATOMIC_CAS(link, next, own->first + 1u) == next) {
+            ++own->first;
+            return 1u;
+        }
     }
 }
 
@@ -197,14 +208,18 @@ typedef struct OctreePlace {
 IR_FN void octree_enter_cells(const OctreeMemory* tree, const CacheParameters* cache, uint level, OctreePlace* places,
                               uint count, uint record) {
     const float edge = octree_edge(cache, level);
+    uint nodes = 0u;
     for (uint i = 0; i < count; ++i) {
         OctreePlace* c = &places[i];
         c->slot = octree_make(tree, octree_key(level, c->x, c->y, c->z), c->slot,
                               octree_corner(cache, edge, c->x, c->y, c->z));
-        if (c->slot != IR_NO_NODE) octree_send_for(tree, c->slot);
+        if (c->slot == IR_NO_NODE) continue;
+        octree_send_for(tree, c->slot);
+        ++nodes;
     }
+    OctreeEntries own = {0u, 0u};
     for (uint i = 0; i < count; ++i)
-        if (places[i].slot != IR_NO_NODE) octree_enter(tree, places[i].slot, record);
+        if (places[i].slot != IR_NO_NODE) octree_enter(tree, places[i].slot, record, &own, tree->again != 0u ? 1u : nodes);
 }
 
 // Enters record (position p, normal n, support) into every node of its level that its support reaches. Points far off

@@ -188,7 +188,7 @@ void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
     while (2 * octree_.nodes > node_capacity_ || 4 * nodes > 3 * node_capacity_) grow_nodes();
     if (const std::uint64_t entries = listed() + expected(octree_.entries, guessed_entries); entries > entry_capacity_)
         grow_entries(std::max<std::uint64_t>(2 * entry_capacity_, entries));
-    for (;;) {
+    for (std::uint32_t again = 0;; again = 1) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
             .arg(entries_)
@@ -198,6 +198,7 @@ void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
             .arg(parameters_)
             .arg(static_cast<std::uint32_t>(node_capacity_ / 4 * 3))
             .arg(static_cast<std::uint32_t>(entry_capacity_))
+            .arg(again)
             .arg(first)
             .arg(count)
             .run(groups_of(count), items);
