@@ -12,7 +12,7 @@
 namespace irradia {
 
 /// Elements of one range: of fewer no loop is worth a thread.
-inline constexpr std::size_t range_elements = std::size_t{1} << 16;
+inline constexpr std::size_t range_elements = std::size_t{1} << 13;
 
 inline std::size_t range_count(std::size_t count) { return (count + range_elements - 1) / range_elements; }
 
