@@ -24,7 +24,7 @@ float box_pad(const accel::HostTree& tree) {
 void build_accel(Scene& scene, int threads, const std::function<void(double)>& progress, AccelLayouts layouts,
                  AccelQuality quality) {
     accel::check_primitive_count(scene.triangles.size() + scene.analytics.size(), scene.source);
-    const accel::HostTree tree = accel::build_host_tree(scene, threads, quality, progress);
+    const accel::HostTree tree = accel::build_host_tree(scene, threads, quality, layouts, progress);
     const float pad = box_pad(tree);
     scene.accel = {};
     scene.accel.quality = quality;

@@ -6,8 +6,6 @@
 
 namespace irradia::accel {
 
-constexpr std::uint32_t kWidth = 8;  ///< triangles of a TriangleBlock, children of a Bvh8Node
-
 /// The distinct triangles below a node, ascending, as long as they fit one block.
 struct Gathered {
     std::uint32_t count = 0;  ///< kWidth + 1: more than fit, or not only triangles

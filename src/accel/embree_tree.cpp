@@ -5,9 +5,7 @@
 #else
 #include <embree3/rtcore.h>
 #endif
-#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -16,7 +14,6 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <numeric>
 #include <vector>
 
 namespace irradia::accel {
@@ -32,7 +29,7 @@ struct BuildInner : BuildNode {
 };
 struct BuildLeaf : BuildNode {
     std::uint32_t count = 0;
-    std::uint32_t primitives[kMaxLeafTriangles] = {};
+    std::uint32_t primitives[kWidth] = {};
 };
 
 struct Counts {
@@ -122,6 +119,22 @@ struct LaneBox {
         lo = smaller(p, lo);
         hi = larger(p, hi);
     }
+    void add(const LaneBox& b) {
+        lo = smaller(b.lo, lo);
+        hi = larger(b.hi, hi);
+    }
+    /// Half the surface area.
+    [[nodiscard]] float area() const {
+        const Lanes e = hi - lo;
+        return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
+    }
+    [[nodiscard]] Box box() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
+    void store(unsigned index, RTCBuildPrimitive& out) const {
+        std::memcpy(&out.lower_x, &lo, sizeof lo);
+        std::memcpy(&out.upper_x, &hi, sizeof hi);
+        out.geomID = 0;
+        out.primID = index;
+    }
     /// What of it lies in `whole`, which is not empty.
     void store_overlap(const LaneBox& whole, RTCBounds* out) const {
         const Lanes l = larger(lo, whole.lo), h = larger(l, smaller(hi, whole.hi));
@@ -166,35 +179,67 @@ void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float po
     r.store_overlap(whole, right);
 }
 
-// Triangles that follow one another and lie as close as the halves of a quadrilateral, as most do, are one primitive to
-// the builder, which so has little more than half of the work. The first of each, and the end of the last.
-std::vector<std::uint32_t> pair_triangles(const Scene& scene) {
-    // Area of the common box, to the sum of both. Measured: pairs up to 1 make rays take up to 1.2 times as long.
-    constexpr float close = 0.75f;
-    const auto triangles = static_cast<std::uint32_t>(scene.triangles.size());
-    const auto end = static_cast<std::uint32_t>(triangles + scene.analytics.size());
+// What the builder sorts. Its primitive p is ours from starts[p] to starts[p + 1].
+struct BuilderInput {
     std::vector<std::uint32_t> starts;
-    starts.reserve(end + 1);
-    Box next = triangles > 0 ? primitive_box(scene, 0) : Box{};
-    for (std::uint32_t i = 0; i < triangles;) {
-        starts.push_back(i);
-        const Box box = next;
-        if (++i == triangles) break;
-        next = primitive_box(scene, i);
-        Box both = box;
-        both.add(next);
-        if (both.area() > close * (box.area() + next.area())) continue;
-        if (++i < triangles) next = primitive_box(scene, i);
+    std::unique_ptr<RTCBuildPrimitive[]> primitives;  // no vector, which would clear it
+    std::size_t count = 0, capacity = 0;
+    LaneBox root;
+
+    /// The next one begins at `start`.
+    void add(std::uint32_t start, const LaneBox& box) {
+        box.store(static_cast<unsigned>(count), primitives[count]);
+        ++count;
+        starts.push_back(start);
+        root.add(box);
     }
-    for (std::uint32_t i = triangles; i <= end; ++i) starts.push_back(i);
-    return starts;
+};
+
+LaneBox lane_box(const Scene& scene, std::uint32_t primitive) {
+    LaneBox b;
+    if (primitive < scene.triangles.size()) {
+        const shared::Triangle& t = scene.triangles[primitive];
+        for (const std::uint32_t v : {t.v0, t.v1, t.v2}) b.add(load(&scene.vertices[v].px));
+    } else {
+        const Box box = primitive_box(scene, primitive);
+        b.add(Lanes{box.lo[0], box.lo[1], box.lo[2], 0});
+        b.add(Lanes{box.hi[0], box.hi[1], box.hi[2], 0});
+    }
+    return b;
 }
 
-// The same where each is a primitive of its own, which spatial splits may cut.
-std::vector<std::uint32_t> single_primitives(const Scene& scene) {
-    std::vector<std::uint32_t> starts(scene.triangles.size() + scene.analytics.size() + 1);
-    std::iota(starts.begin(), starts.end(), 0u);
-    return starts;
+// With pairs: triangles that follow one another and lie as close as the halves of a quadrilateral, as most do, are one
+// primitive to the builder, which so has little more than half of the work. Else each is one, which spatial splits may
+// cut.
+BuilderInput builder_input(const Scene& scene, TreeKind kind) {
+    // Area of the common box, to the sum of both. Measured: where a leaf has two pairs at most those up to 1 make rays
+    // take up to 1.2 times as long, in blocks 1.03 times.
+    const float close = kind == TreeKind::blocks ? 0.85f : 0.75f;
+    const auto triangles = static_cast<std::uint32_t>(scene.triangles.size());
+    const auto end = static_cast<std::uint32_t>(triangles + scene.analytics.size());
+    BuilderInput in;
+    // Room for the fragments of split triangles, which costs nothing until it is used.
+    in.capacity = kind == TreeKind::splits ? std::size_t{2} * end : end;
+    in.primitives.reset(new RTCBuildPrimitive[in.capacity]);
+    in.starts.reserve(end + std::size_t{1});
+    LaneBox next = triangles > 0 ? lane_box(scene, 0) : LaneBox{};
+    for (std::uint32_t i = 0; i < triangles;) {
+        const std::uint32_t start = i;
+        LaneBox box = next;
+        if (++i < triangles) next = lane_box(scene, i);
+        if (i < triangles && kind != TreeKind::splits) {
+            LaneBox both = box;
+            both.add(next);
+            if (both.area() <= close * (box.area() + next.area())) {
+                box = both;
+                if (++i < triangles) next = lane_box(scene, i);
+            }
+        }
+        in.add(start, box);
+    }
+    for (std::uint32_t i = triangles; i < end; ++i) in.add(i, lane_box(scene, i));
+    in.starts.push_back(end);
+    return in;
 }
 
 std::int32_t append_built(const Scene& scene, HostTree& tree, const BuildNode& node, const Box& box,
@@ -215,42 +260,26 @@ std::int32_t append_built(const Scene& scene, HostTree& tree, const BuildNode& n
 
 }  // namespace
 
-HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::function<void(double)>& progress) {
-    const std::vector<std::uint32_t> starts = spatial_splits ? single_primitives(scene) : pair_triangles(scene);
-    const std::size_t count = starts.size() - 1;
+HostTree build_embree_tree(const Scene& scene, TreeKind kind, const std::function<void(double)>& progress) {
+    const bool spatial_splits = kind == TreeKind::splits;
+    BuilderInput in = builder_input(scene, kind);
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("set_affinity=0"),
                                                                            rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), rtcReleaseBVH);
     if (!device || !bvh) throw std::bad_alloc();
-    // Room for the fragments of split triangles, which costs nothing until it is used: no vector, which would clear it.
-    const std::size_t capacity = spatial_splits ? 2 * count : count;
-    std::unique_ptr<RTCBuildPrimitive[]> primitives(new RTCBuildPrimitive[capacity]);
-    const Box root = tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, count, 1 << 14), Box{},
-        [&](const auto& range, Box all) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                Box b;
-                for (std::uint32_t p = starts[i]; p < starts[i + 1]; ++p) b.add(primitive_box(scene, p));
-                all.add(b);
-                primitives[i] = {b.lo[0], b.lo[1], b.lo[2], 0, b.hi[0], b.hi[1], b.hi[2], static_cast<unsigned>(i)};
-            }
-            return all;
-        },
-        [](Box a, const Box& b) {
-            a.add(b);
-            return a;
-        });
-    BuildContext context{scene, starts, progress};
+    BuildContext context{scene, in.starts, progress};
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.buildQuality = spatial_splits ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
     arguments.maxBranchingFactor = 2;
     arguments.maxDepth = IR_BVH2_MAX_DEPTH - 8;
     arguments.minLeafSize = 1;
-    arguments.maxLeafSize = spatial_splits ? kMaxLeafTriangles : kMaxLeafTriangles / 2;
+    const unsigned of_one_price = kind == TreeKind::blocks ? kWidth / 2 : 1;
+    arguments.sahBlockSize = of_one_price;
+    arguments.maxLeafSize = spatial_splits ? kMaxLeafTriangles : std::max(of_one_price, kMaxLeafTriangles / 2);
     arguments.bvh = bvh.get();
-    arguments.primitives = primitives.get();
-    arguments.primitiveCount = count;
-    arguments.primitiveArrayCapacity = capacity;
+    arguments.primitives = in.primitives.get();
+    arguments.primitiveCount = in.count;
+    arguments.primitiveArrayCapacity = in.capacity;
     arguments.createNode = create_node;
     arguments.setNodeChildren = set_children;
     arguments.setNodeBounds = set_bounds;
@@ -259,7 +288,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     if (progress) arguments.buildProgress = report_progress;
     arguments.userPtr = &context;
     const auto* built = static_cast<const BuildNode*>(rtcBuildBVH(&arguments));
-    primitives.reset();
+    in.primitives.reset();
     if (context.refusal) std::rethrow_exception(context.refusal);
     if (!built && rtcGetDeviceError(device.get()) == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     HostTree tree;
@@ -271,7 +300,7 @@ HostTree build_embree_tree(const Scene& scene, bool spatial_splits, const std::f
     // Analytic primitives have leaves of their own: at most one more leaf and node each.
     tree.nodes.reserve(counts.nodes + 2 * scene.analytics.size());
     tree.primitives.reserve(counts.references);
-    if (built) append_built(scene, tree, *built, root, 0);
+    if (built) append_built(scene, tree, *built, in.root.box(), 0);
     return tree;
 }
 

@@ -99,15 +99,16 @@ HostTree build_median_tree(const Scene& scene) {
     return tree;
 }
 
-HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality,
+HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality, AccelLayouts layouts,
                          const std::function<void(double)>& progress) {
     if (scene.triangles.empty() && scene.analytics.empty()) return {};
     HostTree tree;
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
     arena.execute([&] {
-        const bool splits = quality == AccelQuality::best;
-        tree = build_embree_tree(scene, splits, progress);
-        if (splits && !fits(tree)) tree = build_embree_tree(scene, false, progress);
+        const TreeKind quick = layouts == AccelLayouts::bvh8 ? TreeKind::blocks : TreeKind::pairs;
+        const bool best = quality == AccelQuality::best;
+        tree = build_embree_tree(scene, best ? TreeKind::splits : quick, progress);
+        if (best && !fits(tree)) tree = build_embree_tree(scene, quick, progress);
     });
     if (!fits(tree)) tree = build_median_tree(scene);
     return tree;

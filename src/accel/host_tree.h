@@ -22,7 +22,8 @@ struct HostTree {
     std::uint32_t depth = 0;                ///< inner nodes on the longest way down
 };
 
-constexpr std::uint32_t kMaxLeafTriangles = 4;  ///< of the binary tree; analytic leaves hold one primitive
+constexpr std::uint32_t kWidth = 8;             ///< triangles of a TriangleBlock, children of a Bvh8Node
+constexpr std::uint32_t kMaxLeafTriangles = 4;  ///< of a binary tree that is traversed; analytic leaves hold one
 
 /// Throws Error if `count` primitives are more than the leaves' 24-bit indices reach; `source` names the scene.
 void check_primitive_count(std::size_t count, const std::string& source);
@@ -33,9 +34,10 @@ std::int32_t append_primitives(const Scene& scene, HostTree& tree, const Box& bo
                                std::uint32_t count, std::uint32_t depth);
 
 /// The tree that Embree builds by the surface area heuristic, for AccelQuality::best with spatial splits, or the median
-/// tree where its depth or size would not fit. Deterministic for any `threads` (0 = all). `progress`, which may be
-/// empty, hears the fraction done, from any thread.
-HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality,
+/// tree where its depth or size would not fit. Built quickly for eight-wide nodes alone, leaves hold up to kWidth
+/// triangles. Deterministic for any `threads` (0 = all). `progress`, which may be empty, hears the fraction done, from
+/// any thread.
+HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality, AccelLayouts layouts,
                          const std::function<void(double)>& progress = {});
 
 /// Depth at most ceil(log2 n) whatever the geometry: splits at the median along the widest axis.

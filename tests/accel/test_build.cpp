@@ -71,13 +71,18 @@ void walk2(const Scene& scene, std::uint32_t ref, std::uint32_t depth, Walk& wal
     }
 }
 
-void expect_valid(const Scene& scene) {
-    Walk wide, binary;
+void expect_valid_bvh8(const Scene& scene) {
+    Walk wide;
     walk8(scene, 0, 1, wide);
-    walk2(scene, 0, 1, binary);
     EXPECT_LE(wide.depth, std::uint32_t{IR_BVH8_MAX_DEPTH});
-    EXPECT_LE(binary.depth, std::uint32_t{IR_BVH2_MAX_DEPTH});
     EXPECT_EQ(wide.primitives.size(), scene.triangles.size() + scene.analytics.size());
+}
+
+void expect_valid(const Scene& scene) {
+    expect_valid_bvh8(scene);
+    Walk binary;
+    walk2(scene, 0, 1, binary);
+    EXPECT_LE(binary.depth, std::uint32_t{IR_BVH2_MAX_DEPTH});
     EXPECT_EQ(binary.primitives.size(), scene.triangles.size() + scene.analytics.size());
 }
 
@@ -154,6 +159,32 @@ TEST(BuildAccel, QuicklyByQuadrilaterals) {
     for (const bool cpu : {true, false}) {
         const std::vector<DeviceHit> hits = trace(scene, cpu, rays);
         for (std::uint32_t i = 0; i < hits.size(); ++i) ASSERT_EQ(hits[i].primitive, i) << "traversal " << cpu;
+    }
+}
+
+// Triangles of all leaves, and how many leaves there are.
+std::pair<std::size_t, std::size_t> in_blocks(const Scene& scene) {
+    std::size_t triangles = 0;
+    for (const shared::TriangleBlock& b : scene.accel.bvh8_triangles)
+        for (const std::uint32_t p : b.primitive) triangles += p != IR_NO_PRIMITIVE;
+    return {triangles, scene.accel.bvh8_triangles.size()};
+}
+
+// Eight-wide nodes alone, built quickly: the builder takes leaves of up to eight triangles for one, as traversals do.
+// So they are fuller than those that are collapsed of a tree which is traversed itself.
+TEST(BuildAccel, QuicklyInBlocks) {
+    Scene room = shapes::mesh_room(100000), soup = shapes::triangle_soup(20000, 0.2f, 3);
+    for (int i = 0; i < 50; ++i) shapes::add_sphere(soup, {0.1f * static_cast<float>(i), 0, 0}, 0.3f);
+    for (Scene* scene : {&room, &soup}) {
+        build_accel(*scene, 0, {}, AccelLayouts::both, AccelQuality::quick);
+        const auto [all, collapsed] = in_blocks(*scene);
+        build_accel(*scene, 0, {}, AccelLayouts::bvh8, AccelQuality::quick);
+        expect_valid_bvh8(*scene);
+        const auto [triangles, blocks] = in_blocks(*scene);
+        EXPECT_EQ(triangles, scene->triangles.size());  // each in one leaf
+        EXPECT_EQ(all, triangles);
+        EXPECT_LT(blocks, collapsed);
+        EXPECT_LT(blocks, triangles / 4);  // more than half full
     }
 }
 

@@ -75,6 +75,16 @@ TEST_P(TraversalTest, SoupClosestMatchesBruteForce) {
     }
 }
 
+TEST(Traversal, QuickBlocksMatchBruteForce) {
+    Scene scene = shapes::triangle_soup(2000, 0.3f, 5);
+    for (int i = 0; i < 20; ++i) shapes::add_sphere(scene, {0.1f * static_cast<float>(i) - 1, 0, 0.2f}, 0.05f);
+    build_accel(scene, 0, {}, AccelLayouts::bvh8, AccelQuality::quick);
+    testing::Traversal device(scene, true);
+    const std::vector<Ray> rays = tiled(random_rays(2048, 1.5f, 0, kFar, 3));
+    expect_same(scene, rays, device.closest(rays));
+    expect_same(scene, rays, device.tiles(rays, 16));
+}
+
 TEST_P(TraversalTest, CornellBoxMatchesBruteForce) {
     Scene scene = shapes::cornell_box();
     build_accel(scene);
