@@ -1,6 +1,7 @@
 // Pictures to files and back; what is refused leaves nothing behind.
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <thread>
@@ -73,6 +74,20 @@ TEST_F(ImageFile, ExrOfOneImageIsTheSameBytes) {
     write_image(in_folder("b.exr"), layered());
     EXPECT_GT(bytes(in_folder("a.exr")).size(), 500u);
     EXPECT_EQ(bytes(in_folder("a.exr")), bytes(in_folder("b.exr")));
+}
+
+// Up to a megabyte: there is little to gain, and it takes time. Each colour in a row of its own, so that a large
+// picture shrinks to almost nothing where it is compressed.
+TEST_F(ImageFile, OnlyLargeExrsAreCompressed) {
+    for (const auto& [edge, compressed] : {std::pair{256, false}, {512, true}}) {
+        const Image written = picture(edge, edge, [](int, int y, int c) { return y + 1000 * c; });
+        write_image(in_folder("a.exr"), written);
+        const auto raw = static_cast<std::uintmax_t>(edge * edge * 3) * sizeof(float);
+        const std::uintmax_t size = std::filesystem::file_size(in_folder("a.exr"));
+        EXPECT_EQ(size < raw / 10, compressed) << size;
+        EXPECT_EQ(size > raw, !compressed) << size;
+        EXPECT_EQ(read_image(in_folder("a.exr")).layers.at(0).data, written.layers[0].data);
+    }
 }
 
 TEST_F(ImageFile, ExrByAnyThreadsIsTheSameBytes) {
