@@ -145,6 +145,7 @@ struct Device::Impl {
     bool cpu_traversal = false;
     std::uint64_t largest_allocation = 0;
     std::uint64_t memory_limit = 0, resident_before = 0;       // of a CPU device; the resident set before any buffer
+    std::map<std::string, std::string> sources;                // expanded, by file
     std::map<std::string, cl_program> programs;                // by file and compiler options
     std::vector<std::pair<std::string, cl_program>> compiled;  // here, from their source; by program_key
     std::string compiler;                                      // executable, and how many of it at a time
@@ -168,8 +169,14 @@ struct Device::Impl {
         return text;
     }
 
+    const std::string& source(const std::string& file) {
+        std::string& text = sources[file];
+        if (text.empty()) text = device::expand_source(file);
+        return text;
+    }
+
     cl_program build(const std::string& file, const std::string& options) {
-        const std::string text = device::expand_source(file);
+        const std::string& text = source(file);
         const auto start = std::chrono::steady_clock::now();
         const auto time = [&] { session->add_time("build", start); };
         const std::string key = device::program_key(*session, text, options);
@@ -254,7 +261,7 @@ void Device::expect(const std::vector<KernelSource>& kernels) {
     if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
     std::vector<device::CompileJob> jobs;
     for (const KernelSource& k : kernels) {
-        device::CompileJob job{{}, impl_->options(k.defines), device::expand_source(k.file)};
+        device::CompileJob job{{}, impl_->options(k.defines), impl_->source(k.file)};
         job.key = device::program_key(*impl_->session, job.source, job.options);
         const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == job.key; });
         if (!twice && impl_->programs.count(k.file + "\n" + job.options) == 0 && !device::has_program(job.key))

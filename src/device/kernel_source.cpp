@@ -1,8 +1,8 @@
 #include "device/kernel_source.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
-#include <set>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -25,8 +25,7 @@ bool read_text(const std::string& path, std::string& text) {
 /// The word and the rest of a preprocessor line: "  # include  "x.h"" -> ("include", ""x.h""). Not one: ("", "").
 std::pair<std::string_view, std::string_view> directive(std::string_view line) {
     const auto skip_blanks = [&] {
-        const std::size_t n = line.find_first_not_of(" \t");
-        line.remove_prefix(n == line.npos ? line.size() : n);
+        while (!line.empty() && (line.front() == ' ' || line.front() == '\t')) line.remove_prefix(1);
     };
     skip_blanks();
     if (line.empty() || line.front() != '#') return {};
@@ -51,7 +50,7 @@ public:
 
 private:
     std::string out_;
-    std::set<std::string> seen_;      // headers certain to have been compiled when the current line is
+    std::vector<std::string> seen_;   // headers certain to have been compiled when the current line is
     std::vector<std::string> stack_;  // files being expanded, outermost first
 
     void line_marker(std::size_t line, const std::string& file) {
@@ -62,48 +61,56 @@ private:
         stack_.push_back(file);
         line_marker(1, file);
         struct Condition {
-            bool guard;  // the file's include guard: all of the file is inside, so it is no condition
-            std::set<std::string> before;
+            bool guard;          // the file's include guard: all of the file is inside, so it is no condition
+            std::size_t before;  // of seen_
         };
         std::vector<Condition> conditions;
-        std::size_t line_number = 0;
+        std::size_t line_number = 0, copied = 0;
         bool first_directive = true;
+        const auto copy_to = [&](std::size_t end) {
+            out_.append(text, copied, end - copied);
+            copied = end;
+        };
         for (std::size_t at = 0; at < text.size();) {
+            const std::size_t begin = at;
             std::size_t end = text.find('\n', at);
             if (end == text.npos) end = text.size();
             const std::string_view line(text.data() + at, end - at);
             ++line_number;
             at = end + 1;
             const auto [word, rest] = directive(line);
+            if (word.empty()) continue;
             if (word == "if" || word == "ifdef" || word == "ifndef") {
                 const bool guard = word == "ifndef" && first_directive && conditions.empty() &&
                                    defines_next(text, at, first_word(rest));
-                conditions.push_back({guard, seen_});
+                conditions.push_back({guard, seen_.size()});
             } else if (word == "else" || word == "elif") {
-                if (!conditions.empty() && !conditions.back().guard) seen_ = conditions.back().before;
+                if (!conditions.empty() && !conditions.back().guard) seen_.resize(conditions.back().before);
             } else if (word == "endif") {
                 if (!conditions.empty()) {
-                    if (!conditions.back().guard) seen_ = conditions.back().before;
+                    if (!conditions.back().guard) seen_.resize(conditions.back().before);
                     conditions.pop_back();
                 }
             }
-            if (!word.empty()) first_directive = false;
+            first_directive = false;
             const std::size_t close = rest.find('"', 1);
             if (word == "include" && rest.starts_with('"') && close != rest.npos) {
+                copy_to(begin);
                 include(std::string(rest.substr(1, close - 1)));
                 line_marker(line_number + 1, file);
-                continue;
+                copied = std::min(at, text.size());
             }
-            out_.append(line);
-            out_ += '\n';
         }
+        copy_to(text.size());
+        if (!text.empty() && text.back() != '\n') out_ += '\n';
         stack_.pop_back();
     }
 
     void include(const std::string& name) {
         for (const std::string& open : stack_)
             if (open == name) return;  // a ring; the guard would make it empty
-        if (!seen_.insert(name).second) return;
+        if (std::find(seen_.begin(), seen_.end(), name) != seen_.end()) return;
+        seen_.push_back(name);
         std::string text;
         if (find_source(name, text))
             expand(name, text);
