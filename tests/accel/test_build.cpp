@@ -199,18 +199,22 @@ TEST(BuildAccel, QualityFollowsTheWork) {
 
 TEST(BuildAccel, DoesNotDependOnThreads) {
     const tbb::global_control more(tbb::global_control::max_allowed_parallelism, 8);  // also on machines of few cores
-    for (const Scene& scene : {shapes::mesh_room(100000), shapes::triangle_soup(30000, 0.2f, 3)}) {
-        Scene one = scene;
-        build_accel(one, 1);
-        for (const int threads : {2, 3, 8, 8, 0}) {
-            Scene many = scene;
-            build_accel(many, threads);
-            EXPECT_TRUE(same_bytes(one.accel.bvh8_nodes, many.accel.bvh8_nodes)) << threads << " threads";
-            EXPECT_TRUE(same_bytes(one.accel.bvh8_triangles, many.accel.bvh8_triangles)) << threads << " threads";
-            EXPECT_TRUE(same_bytes(one.accel.bvh2_nodes, many.accel.bvh2_nodes)) << threads << " threads";
-            EXPECT_TRUE(same_bytes(one.accel.bvh2_triangles, many.accel.bvh2_triangles)) << threads << " threads";
+    const std::pair<AccelLayouts, AccelQuality> kinds[] = {{AccelLayouts::both, AccelQuality::best},
+                                                           {AccelLayouts::bvh2, AccelQuality::quick},
+                                                           {AccelLayouts::bvh8, AccelQuality::quick}};
+    for (const Scene& scene : {shapes::mesh_room(100000), shapes::triangle_soup(30000, 0.2f, 3)})
+        for (const auto& [layouts, quality] : kinds) {
+            Scene one = scene;
+            build_accel(one, 1, {}, layouts, quality);
+            for (const int threads : {2, 3, 8, 8, 0}) {
+                Scene many = scene;
+                build_accel(many, threads, {}, layouts, quality);
+                EXPECT_TRUE(same_bytes(one.accel.bvh8_nodes, many.accel.bvh8_nodes)) << threads << " threads";
+                EXPECT_TRUE(same_bytes(one.accel.bvh8_triangles, many.accel.bvh8_triangles)) << threads << " threads";
+                EXPECT_TRUE(same_bytes(one.accel.bvh2_nodes, many.accel.bvh2_nodes)) << threads << " threads";
+                EXPECT_TRUE(same_bytes(one.accel.bvh2_triangles, many.accel.bvh2_triangles)) << threads << " threads";
+            }
         }
-    }
 }
 
 TEST(BuildAccel, EmptyScene) {
