@@ -161,10 +161,10 @@ typedef struct OctreeEntries {
     uint first, end;
 } OctreeEntries;
 
-// Enters record into node's list at its place; returns 0 if the entries are used up. Lock-free: a lost race retries. If
-// the record has no entries left `wanted` are taken, all that it is going to need: threads that took one each time would
-// wait for one another.
-IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record, OctreeEntries* own, uint wanted) {
+// Enters record into node's list at its place, or tells in the octree's state that the entries are used up. Lock-free: a
+// lost race retries. If the record has no entries left `wanted` are taken, all that it is going to need: threads that took
+// one each time would wait for one another.
+IR_FN void octree_enter(const OctreeMemory* tree, uint node, uint record, OctreeEntries* own, uint wanted) {
     volatile IR_GLOBAL uint* link = &tree->nodes[(size_t)IR_NODE_STRIDE * node + IR_NODE_HEAD];
     for (;;) {
         uint next = *link;
@@ -172,21 +172,21 @@ IR_FN uint octree_enter(const OctreeMemory* tree, uint node, uint record, Octree
             link = &tree->entries[(size_t)2u * (next - 1u) + 1u];
             next = *link;
         }
-        if (next != 0u && tree->entries[(size_t)2u * (next - 1u)] == record) return 1u;
+        if (next != 0u && tree->entries[(size_t)2u * (next - 1u)] == record) return;
         if (own->first == own->end) {
             own->first = IR_ATOMIC_ADD(&tree->state[1], wanted);
             own->end = own->first + wanted;
         }
         if (own->first >= tree->entry_capacity) {
             tree->state[2] = 1u;
-            return 0u;
+            return;
         }
         tree->entries[(size_t)2u * own->first] = record;
         tree->entries[(size_t)2u * own->first + 1u] = next;
         IR_GLOBAL_FENCE();
         if (IR_ATOMIC_CAS(link, next, own->first + 1u) == next) {
             ++own->first;
-            return 1u;
+            return;
         }
     }
 }

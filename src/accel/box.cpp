@@ -12,11 +12,6 @@ void Box::add(const Box& b) {
     }
 }
 
-float Box::area() const {
-    const float x = hi[0] - lo[0], y = hi[1] - lo[1], z = hi[2] - lo[2];
-    return x * y + y * z + z * x;
-}
-
 Box overlap(const Box& a, const Box& b) {
     Box r;
     for (int k = 0; k < 3; ++k) {

@@ -123,11 +123,6 @@ struct LaneBox {
         lo = smaller(b.lo, lo);
         hi = larger(b.hi, hi);
     }
-    /// Half the surface area.
-    [[nodiscard]] float area() const {
-        const Lanes e = hi - lo;
-        return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
-    }
     [[nodiscard]] Box box() const { return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}}; }
     void store(unsigned index, RTCBuildPrimitive& out) const {
         std::memcpy(&out.lower_x, &lo, sizeof lo);
@@ -183,13 +178,12 @@ void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float po
 struct BuilderInput {
     std::vector<std::uint32_t> starts;
     std::unique_ptr<RTCBuildPrimitive[]> primitives;  // no vector, which would clear it
-    std::size_t count = 0, capacity = 0;
+    std::size_t capacity = 0;
     LaneBox root;
 
     /// The next one begins at `start`.
     void add(std::uint32_t start, const LaneBox& box) {
-        box.store(static_cast<unsigned>(count), primitives[count]);
-        ++count;
+        box.store(static_cast<unsigned>(starts.size()), primitives[starts.size()]);
         starts.push_back(start);
         root.add(box);
     }
@@ -230,7 +224,7 @@ BuilderInput builder_input(const Scene& scene, TreeKind kind) {
         if (i < triangles && kind != TreeKind::splits) {
             LaneBox both = box;
             both.add(next);
-            if (both.area() <= close * (box.area() + next.area())) {
+            if (both.box().area() <= close * (box.box().area() + next.box().area())) {
                 box = both;
                 if (++i < triangles) next = lane_box(scene, i);
             }
@@ -278,7 +272,7 @@ HostTree build_embree_tree(const Scene& scene, TreeKind kind, const std::functio
     arguments.maxLeafSize = spatial_splits ? kMaxLeafTriangles : std::max(of_one_price, kMaxLeafTriangles / 2);
     arguments.bvh = bvh.get();
     arguments.primitives = in.primitives.get();
-    arguments.primitiveCount = in.count;
+    arguments.primitiveCount = in.starts.size() - 1;
     arguments.primitiveArrayCapacity = in.capacity;
     arguments.createNode = create_node;
     arguments.setNodeChildren = set_children;

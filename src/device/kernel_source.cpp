@@ -67,10 +67,6 @@ private:
         std::vector<Condition> conditions;
         std::size_t line_number = 0, copied = 0;
         bool first_directive = true;
-        const auto copy_to = [&](std::size_t end) {
-            out_.append(text, copied, end - copied);
-            copied = end;
-        };
         for (std::size_t at = 0; at < text.size();) {
             const std::size_t begin = at;
             std::size_t end = text.find('\n', at);
@@ -95,13 +91,13 @@ private:
             first_directive = false;
             const std::size_t close = rest.find('"', 1);
             if (word == "include" && rest.starts_with('"') && close != rest.npos) {
-                copy_to(begin);
+                out_.append(text, copied, begin - copied);
                 include(std::string(rest.substr(1, close - 1)));
                 line_marker(line_number + 1, file);
                 copied = std::min(at, text.size());
             }
         }
-        copy_to(text.size());
+        out_.append(text, copied);
         if (!text.empty() && text.back() != '\n') out_ += '\n';
         stack_.pop_back();
     }
