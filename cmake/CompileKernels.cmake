@@ -1,6 +1,6 @@
 # irradia_compile_kernels(<render>): lets the executable <render> compile the kernels of IRRADIA_KERNEL_SCENES with the
 # build, for this machine's processor, into share/irradia/kernels beside its folder. It finds them there, so that the
-# first render of a user, or in a fresh container, does not wait for a compiler. Made anew when device code changes.
+# first render of a user, or in a fresh container, does not wait for a compiler. Made anew when device code or settings change.
 #
 # Kernels fit one kind of processor and one version of PoCL; elsewhere, or where there is no PoCL, render compiles as if
 # there were none. This file is also the script that compiles (cmake -D RENDER=.. -D SCENES=.. -D OUTPUT=.. -P ..).
@@ -14,6 +14,8 @@ function(irradia_compile_kernels render)
   set(output "${CMAKE_BINARY_DIR}/share/irradia/kernels")
   set(script "${CMAKE_CURRENT_FUNCTION_LIST_DIR}/CompileKernels.cmake")
   irradia_list_kernels("${PROJECT_SOURCE_DIR}" sources)
+  # Kernels know the directions of a hemisphere, for example, which defaults and qualities say.
+  list(APPEND sources "${PROJECT_SOURCE_DIR}/include/irradia/Renderer.h" "${PROJECT_SOURCE_DIR}/src/render/quality.cpp")
   add_custom_command(
     OUTPUT "${output}.stamp"
     COMMAND "${CMAKE_COMMAND}" -D "RENDER=$<TARGET_FILE:${render}>" -D "SCENES=${IRRADIA_KERNEL_SCENES}"

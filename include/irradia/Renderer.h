@@ -50,7 +50,7 @@ struct RenderSettings {
     Method method = Method::irradiance;
     float accuracy = 0.2f;  ///< `a` of (1.8): allowed error; smaller = more records. Records grow as 1/a².
     int hemisphere_m = 16;  ///< rings of a hemisphere (1.3)
-    int hemisphere_n = 64;  ///< sectors of a hemisphere
+    int hemisphere_n = 32;  ///< sectors of a hemisphere
     int spp = 0;            ///< samples a pixel; 0 = the scene file's
     float pixel_error = 0;  ///< caching: a pixel takes samples (at least 16) until its standard error is below this
                             ///< part of the picture's mean, or it has spp of them; 0 = every pixel takes all

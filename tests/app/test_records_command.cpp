@@ -83,7 +83,7 @@ TEST_F(RecordsCommand, OfAnotherRenderAreRefusedByName) {
     const test::Outcome loud = render({kScene, "-o", "b.pfm", "--width", "8", "--height", "8", "--spp", "1",
                                        "--load-records", "r", "--force-records"});
     EXPECT_NE(
-        loud.err.find("warning: r: used although made for another render: --hemisphere is 4x16 there, 16x64 here"),
+        loud.err.find("warning: r: used although made for another render: --hemisphere is 4x16 there, 16x32 here"),
         std::string::npos)
         << loud.err;
 }

@@ -17,7 +17,7 @@ if [ -d "$2/share/irradia/kernels" ]; then
         IRRADIA_KERNEL_CACHE=$work/kernels POCL_CACHE_DIR=$work/driver "$work/prefix/bin/render" "$scene" $settings \
             --width 8 --quiet -o "$work/d.pfm"
     done
-    [ -z "$(ls "$work/kernels")" ]
+    [ -z "$(ls "$work/kernels")" ] || { echo "kernels were compiled that are not installed"; exit 1; }
 fi
 
 "$3" -S "$1/tests/install/consumer" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/log" 2>&1 &&
