@@ -40,6 +40,7 @@ struct LoadOptions {
     std::map<std::string, std::string> defines;  ///< $name -> value (-D name=value); win over the file's <default>
     bool lenient = false;       ///< substitute what is not supported, with a warning, instead of failing
     int width = 0, height = 0;  ///< film size in pixels; 0: the file's
+    int threads = 0;            ///< at most; 0: as many as there are
     SceneParts* parts = nullptr;  ///< files read before, and for the next load; null: everything is read
     std::function<void(const std::string&)> warn;  ///< receives one line a warning; may be empty
     /// Hears the stage ("parsing", "meshes", "textures", "assembly") and the fraction of it that is done, from any

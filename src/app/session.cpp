@@ -63,6 +63,7 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, A
     LoadOptions load;
     load.defines = o.defines;
     load.lenient = o.lenient;
+    load.threads = o.device.threads;
     load.parts = &parts_;
     const bool both = o.width > 0 && o.height > 0;  // then the shape may change, which only the loader can do
     load.width = both ? o.width : 0;

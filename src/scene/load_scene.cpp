@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -343,11 +344,7 @@ void check_top_level(const Context& context, const Document& document) {
     }
 }
 
-}  // namespace
-}  // namespace loader
-
-Scene load_scene(const std::string& path, const LoadOptions& given) {
-    using namespace loader;
+Scene load(const std::string& path, const LoadOptions& given) {
     LoadOptions options = given;
     std::set<std::string> said;  // an element that is used twice is warned of once
     options.warn = [&](const std::string& line) {
@@ -400,6 +397,14 @@ Scene load_scene(const std::string& path, const LoadOptions& given) {
     finish_scene(scene);
     in_use.loaded();
     return scene;
+}
+
+}  // namespace
+}  // namespace loader
+
+Scene load_scene(const std::string& path, const LoadOptions& options) {
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    return arena.execute([&] { return loader::load(path, options); });
 }
 
 }  // namespace irradia

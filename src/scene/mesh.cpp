@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include <tbb/info.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <bit>
 #include <cmath>
@@ -78,7 +78,7 @@ void fill_normals(Mesh& mesh) {
     // Each task goes through all triangles and sums up for a range of the vertices: no two write to the same sum, and
     // every sum is made in the triangles' order, however many tasks there are.
     const std::size_t tasks =
-        mesh.triangles.size() < 10000 ? 1 : static_cast<std::size_t>(tbb::info::default_concurrency());
+        mesh.triangles.size() < 10000 ? 1 : static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
     tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
         const std::size_t begin = vertices * task / tasks, end = vertices * (task + 1) / tasks;
         const auto ours = [&](std::uint32_t v) { return v >= begin && v < end && wanted[v]; };

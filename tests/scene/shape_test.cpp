@@ -1,6 +1,9 @@
 // Conventions of the built-in shapes. Numbers marked "Mitsuba" are what Mitsuba 3.9.1 (scalar_rgb) gives for the same
 // shape.
+#include <mutex>
 #include <numbers>
+#include <set>
+#include <thread>
 
 #include "scene_test.h"
 
@@ -192,6 +195,25 @@ TEST_F(Shape, InstancesAreFlattened) {
     ASSERT_EQ(s.triangles.size(), 6u);  // the lamp and two instances; the group itself is not drawn
     expect_near(position(s, s.triangles[2].v0), {-2, -2, 2}, 1e-6);
     expect_near(position(s, s.triangles[4].v0), {4, -1, 1}, 1e-6);
+}
+
+// Shapes are loaded in parallel, but not by more threads than asked for.
+TEST_F(Shape, OneThreadLoadsAllIfAskedTo) {
+    std::string shapes = sensor + "<shape type=\"cube\"><emitter type=\"area\"/></shape>";
+    for (int i = 0; i < 64; ++i) shapes += "<shape type=\"cube\"/>\n";
+    LoadOptions options;
+    options.threads = 1;
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    std::size_t told = 0;
+    options.progress = [&](const std::string& stage, double) {
+        const std::lock_guard lock(mutex);
+        threads.insert(std::this_thread::get_id());
+        told += stage == "meshes";
+    };
+    EXPECT_EQ(load(shapes, options).triangles.size(), 65u * 12u);
+    EXPECT_GE(told, 65u);
+    EXPECT_EQ(threads, std::set{std::this_thread::get_id()});
 }
 
 }  // namespace
