@@ -6,6 +6,10 @@
 #include "scene.h"
 
 #if IR_FEATURES & IR_FEATURE_TEXTURES
+#if defined(IR_CPU)
+#include "srgb_table.h"
+#endif
+
 IR_FN float srgb_to_linear(float c) {
     // IEC 61966-2-1; powr is slow on CPUs, so x^2.4 = x^2 * (x^0.4) by exp2/log2 of one number.
     return c <= 0.04045f ? c * (1.0f / 12.92f) : exp2(2.4f * log2((c + 0.055f) * (1.0f / 1.055f)));
@@ -28,18 +32,49 @@ IR_FN real3 float_texel(const SceneData* s, uint offset) {
     return make_real3(IR_AS_FLOAT(c[0]), IR_AS_FLOAT(c[1]), IR_AS_FLOAT(c[2]));
 }
 
-IR_FN real3 texel(const SceneData* s, const Texture* t, int x, int y) {
-    const uint index = (uint)(wrap_coordinate(y, (int)t->height, t->wrap)) * t->width +
-                       (uint)wrap_coordinate(x, (int)t->width, t->wrap);
-    if (t->format == IR_TEXTURE_RGB32F) {
-        const IR_GLOBAL uint* c = s->texels + t->offset + 3u * index;
-        return make_real3(IR_AS_FLOAT(c[0]), IR_AS_FLOAT(c[1]), IR_AS_FLOAT(c[2]));
-    }
-    const uint c = s->texels[t->offset + index];
-    const real3 raw =
-        make_real3((float)(c & 255u), (float)((c >> 8) & 255u), (float)((c >> 16) & 255u)) * (1.0f / 255.0f);
-    if (t->format == IR_TEXTURE_RGBA8_LINEAR) return raw;
+// A texel of eight bits a channel, decoded.
+IR_FN real3 decode_texel(uint format, uint c) {
+    const uint r = c & 255u, g = (c >> 8) & 255u, b = (c >> 16) & 255u;
+#if defined(IR_CPU)
+    if (format == IR_TEXTURE_RGBA8_SRGB) return make_real3(srgb_table[r], srgb_table[g], srgb_table[b]);
+#endif
+    const real3 raw = make_real3((float)r, (float)g, (float)b) * (1.0f / 255.0f);
+    if (format == IR_TEXTURE_RGBA8_LINEAR) return raw;
     return make_real3(srgb_to_linear(raw.x), srgb_to_linear(raw.y), srgb_to_linear(raw.z));
+}
+
+// Texels (x, y), (x + 1, y), (x, y + 1) and (x + 1, y + 1).
+typedef struct TexelQuad {
+    real3 a, b, c, d;
+} TexelQuad;
+
+IR_FN TexelQuad texel_quad(const SceneData* s, const Texture* t, int x, int y) {
+    const uint left = (uint)wrap_coordinate(x, (int)t->width, t->wrap),
+               right = (uint)wrap_coordinate(x + 1, (int)t->width, t->wrap),
+               top = (uint)wrap_coordinate(y, (int)t->height, t->wrap) * t->width,
+               bottom = (uint)wrap_coordinate(y + 1, (int)t->height, t->wrap) * t->width;
+    TexelQuad q;
+    if (t->format == IR_TEXTURE_RGB32F) {
+        q.a = float_texel(s, t->offset + 3u * (top + left));
+        q.b = float_texel(s, t->offset + 3u * (top + right));
+        q.c = float_texel(s, t->offset + 3u * (bottom + left));
+        q.d = float_texel(s, t->offset + 3u * (bottom + right));
+        return q;
+    }
+    const IR_GLOBAL uint* texels = s->texels + t->offset;  // all four first: their memory is waited for once
+    const uint a = texels[top + left], b = texels[top + right], c = texels[bottom + left], d = texels[bottom + right];
+    q.a = decode_texel(t->format, a);
+    q.b = decode_texel(t->format, b);
+    q.c = decode_texel(t->format, c);
+    q.d = decode_texel(t->format, d);
+    return q;
+}
+
+IR_FN real3 nearest_texel(const SceneData* s, const Texture* t, int x, int y) {
+    const uint index = (uint)wrap_coordinate(y, (int)t->height, t->wrap) * t->width +
+                       (uint)wrap_coordinate(x, (int)t->width, t->wrap);
+    if (t->format == IR_TEXTURE_RGB32F) return float_texel(s, t->offset + 3u * index);
+    return decode_texel(t->format, s->texels[t->offset + index]);
 }
 
 // Mitsuba's checkerboard: color0 where both or neither coordinate is in the upper half of a unit square.
@@ -53,12 +88,11 @@ IR_FN real3 texture_lookup(const SceneData* s, int index, float u, float v) {
     const float x = (t.m00 * u + t.m01 * v + t.m02) * (float)t.width;
     const float y = (t.m10 * u + t.m11 * v + t.m12) * (float)t.height;
     if (t.format == IR_TEXTURE_CHECKERBOARD) return checkerboard(s, &t, x, y);  // width and height are 1
-    if (t.filter == IR_FILTER_NEAREST) return texel(s, &t, (int)floor(x), (int)floor(y));
+    if (t.filter == IR_FILTER_NEAREST) return nearest_texel(s, &t, (int)floor(x), (int)floor(y));
     const float fx = floor(x - 0.5f), fy = floor(y - 0.5f);
     const float ax = x - 0.5f - fx, ay = y - 0.5f - fy;
-    const int ix = (int)fx, iy = (int)fy;
-    const real3 top = texel(s, &t, ix, iy) * (1.0f - ax) + texel(s, &t, ix + 1, iy) * ax;
-    const real3 bottom = texel(s, &t, ix, iy + 1) * (1.0f - ax) + texel(s, &t, ix + 1, iy + 1) * ax;
+    const TexelQuad q = texel_quad(s, &t, (int)fx, (int)fy);
+    const real3 top = q.a * (1.0f - ax) + q.b * ax, bottom = q.c * (1.0f - ax) + q.d * ax;
     return top * (1.0f - ay) + bottom * ay;
 }
 
@@ -79,10 +113,9 @@ IR_FN void texture_gradient(const SceneData* s, int index, float u, float v, flo
     const float x = (t.m00 * u + t.m01 * v + t.m02) * (float)t.width - 0.5f;
     const float y = (t.m10 * u + t.m11 * v + t.m12) * (float)t.height - 0.5f;
     const float fx = floor(x), fy = floor(y), ax = x - fx, ay = y - fy;
-    const int ix = (int)fx, iy = (int)fy;
+    const TexelQuad q = texel_quad(s, &t, (int)fx, (int)fy);
     const real3 grey = make_real3(0.2126f, 0.7152f, 0.0722f);
-    const float a = dot(grey, texel(s, &t, ix, iy)), b = dot(grey, texel(s, &t, ix + 1, iy));
-    const float c = dot(grey, texel(s, &t, ix, iy + 1)), d = dot(grey, texel(s, &t, ix + 1, iy + 1));
+    const float a = dot(grey, q.a), b = dot(grey, q.b), c = dot(grey, q.c), d = dot(grey, q.d);
     const float dx = ((b - a) * (1.0f - ay) + (d - c) * ay) * (float)t.width;
     const float dy = ((c - a) * (1.0f - ax) + (d - b) * ax) * (float)t.height;
     *du = dx * t.m00 + dy * t.m10;

@@ -37,20 +37,21 @@ protected:
         Vec colour;
         double number, du, dv;
     };
-    static std::vector<Answer> ask(const Scene& s, const json& points) {
+    static std::vector<Answer> ask(const Scene& s, const json& points) { return ask(*device_, s, points); }
+    static std::vector<Answer> ask(Device& device, const Scene& s, const json& points) {
         std::vector<float> in;
         for (const json& p : points) in.insert(in.end(), {0.0f, p[0].get<float>(), p[1].get<float>()});
         std::vector<float> out(points.size() * 6);
-        const Buffer nothing = device_->upload(std::vector<std::uint32_t>{0});
-        const Buffer textures = device_->upload(s.textures), texels = device_->upload(s.texels);
-        const Buffer from = device_->upload(in);
-        Buffer to = device_->upload(out);
+        const Buffer nothing = device.upload(std::vector<std::uint32_t>{0});
+        const Buffer textures = device.upload(s.textures), texels = device.upload(s.texels);
+        const Buffer from = device.upload(in);
+        Buffer to = device.upload(out);
         const auto features = std::to_string(IR_FEATURE_TEXTURES | IR_FEATURE_BUMPS) + "u";
-        Kernel k = device_->kernel("texture_test.cl", "test_textures", {{"IR_FEATURES", features}});
+        Kernel k = device.kernel("texture_test.cl", "test_textures", {{"IR_FEATURES", features}});
         for (int i = 0; i < 6; ++i) k.arg(nothing);  // no rays are traced, no materials looked at
         k.arg(textures).arg(texels).arg(nothing).arg(nothing).arg(from).arg(to);
         k.arg(static_cast<std::uint32_t>(points.size())).run((points.size() + 63) / 64, 64);
-        device_->read(to, out.data(), out.size() * sizeof(float));
+        device.read(to, out.data(), out.size() * sizeof(float));
         std::vector<Answer> answers;
         for (std::size_t i = 0; i < out.size(); i += 6)
             answers.push_back({{out[i], out[i + 1], out[i + 2]}, out[i + 3], out[i + 4], out[i + 5]});
@@ -113,6 +114,41 @@ TEST_F(DeviceTextures, CheckerboardsAreMitsubas) {
         EXPECT_EQ(colours[i].du, 0.0);
         EXPECT_EQ(colours[i].dv, 0.0);
     }
+}
+
+// Every byte by IEC 61966-2-1: a table on CPU devices, computed on others (by two roundings and a logarithm).
+TEST_F(DeviceTextures, BytesAreDecodedAsTheStandardSays) {
+    std::vector<std::uint8_t> bytes;
+    json points = json::array();
+    for (int i = 0; i < 256; ++i) {
+        bytes.insert(bytes.end(), {static_cast<std::uint8_t>(i), static_cast<std::uint8_t>(255 - i),
+                                   static_cast<std::uint8_t>((i + 77) % 256)});
+        points.push_back({(i + 0.5) / 256, 0.5});
+    }
+    auto out = OIIO::ImageOutput::create(path("bytes.png"));
+    ASSERT_TRUE(out->open(path("bytes.png"), OIIO::ImageSpec(256, 1, 3, OIIO::TypeDesc::UINT8)));
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, bytes.data()));
+    out->close();
+    const Scene s = with_texture("reflectance", "diffuse",
+                                 "type=\"bitmap\"><string name=\"filename\" value=\"bytes.png\"/>"
+                                 "<string name=\"filter_type\" value=\"nearest\"/>");
+    const auto linear = [](std::uint8_t byte) {
+        const double c = byte / 255.0;
+        return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+    };
+    DeviceOptions as_gpu;
+    as_gpu.traversal = "gpu";
+    Device other(as_gpu);
+    for (Device* device : {device_.get(), &other}) {
+        const double rounding = device->cpu_traversal() ? 0x1p-24 : 2e-6;
+        const std::vector<Answer> found = ask(*device, s, points);
+        for (std::size_t i = 0; i < found.size(); ++i)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double expected = linear(bytes[3 * i + k]);
+                EXPECT_NEAR(found[i].colour[k], expected, rounding * expected) << "byte " << int{bytes[3 * i + k]};
+            }
+    }
+    EXPECT_NE(other.cpu_traversal(), device_->cpu_traversal());
 }
 
 }  // namespace
