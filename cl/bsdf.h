@@ -114,7 +114,7 @@ IR_FN real3 facet_scattering(const Surface* f, real3 wi, real3 wo, float* densit
     return f->transmittance * (common * go);
 }
 
-IR_CALL_FN BsdfValue bsdf_value(const SceneData* s, const Surface* f, real3 w) {
+IR_CALL_FN BsdfValue bsdf_value(const SceneData* s, const Surface* f, real3 w, const bool lobe) {
     BsdfValue v;
     v.diffuse = v.glossy = black();
     v.density = 0.0f;
@@ -124,6 +124,7 @@ IR_CALL_FN BsdfValue bsdf_value(const SceneData* s, const Surface* f, real3 w) {
         v.density = c * IR_INV_PI;
         v.diffuse = f->albedo * (v.density * coat_transmittance(s, f, c));
         if (f->kind == IR_MATERIAL_PLASTIC) v.density *= 1.0f - coat_probability(f, f->through);
+        if (lobe) v.density = 0.0f;
         return v;
     }
     if (is_specular(f)) return v;
@@ -137,14 +138,14 @@ IR_CALL_FN BsdfValue bsdf_value(const SceneData* s, const Surface* f, real3 w) {
     if (f->kind == IR_MATERIAL_ROUGH_PLASTIC && c > 0.0f) {
         const float p = coat_probability(f, f->through);
         v.diffuse = f->albedo * (c * IR_INV_PI * coat_transmittance(s, f, c));
-        v.density = p * v.density + (1.0f - p) * c * IR_INV_PI;
+        v.density = p * v.density + (lobe ? 0.0f : (1.0f - p) * c * IR_INV_PI);
     }
     return v;
 }
 
-// BSDF times cosine and density for direction w.
-IR_FN BsdfValue bsdf_evaluate(const SceneData* s, const Surface* f, real3 w) {
-    BsdfValue v = bsdf_value(s, f, w);
+// BSDF times cosine and density for direction w. `lobe`: the density is that of samples of the glossy part alone.
+IR_FN BsdfValue bsdf_evaluate(const SceneData* s, const Surface* f, real3 w, const bool lobe) {
+    BsdfValue v = bsdf_value(s, f, w, lobe);
     const float visible = bump_visibility(f, w);
     v.diffuse = v.diffuse * visible;
     v.glossy = v.glossy * visible;
@@ -204,8 +205,9 @@ IR_FN bool sample_facets(const Surface* f, real3 wi, float u0, float u1, float u
     return wo->z < 0.0f;
 }
 
-// Draws a direction by random numbers u0 (the part of the BSDF), u1, u2; false: absorbed.
-IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
+// Draws a direction by random numbers u0 (the part of the BSDF), u1, u2; false: absorbed. `lobe`: of the glossy part alone;
+// false, too, where the diffuse part would have been chosen, so that most samples of a plastic cost nothing.
+IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, const bool lobe, BsdfSample* b) {
     if (sample_specular(f, u0, b)) {
         b->glossy = b->glossy * bump_visibility(f, b->direction);
         return !is_zero(b->glossy);
@@ -213,6 +215,7 @@ IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1,
     bool cosine = f->kind == IR_MATERIAL_DIFFUSE || f->kind == IR_MATERIAL_PLASTIC;
     if (f->kind == IR_MATERIAL_ROUGH_PLASTIC) cosine = u0 >= coat_probability(f, f->through);
     if (cosine) {
+        if (lobe) return false;
         b->direction = to_world(make_frame(f->ns), cosine_direction(u1, u2));
     } else {
         const Frame frame = bsdf_frame(f);
@@ -220,15 +223,15 @@ IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1,
         if (!sample_facets(f, to_local(frame, f->view), u0, u1, u2, &wo, &b->eta)) return false;
         b->direction = to_world(frame, wo);
     }
-    const BsdfValue v = bsdf_evaluate(s, f, b->direction);
+    const BsdfValue v = bsdf_evaluate(s, f, b->direction, lobe);
     if (!(v.density > 0.0f)) return false;
     b->density = v.density;
-    b->diffuse = v.diffuse * (1.0f / v.density);
+    b->diffuse = lobe ? black() : v.diffuse * (1.0f / v.density);
     b->glossy = v.glossy * (1.0f / v.density);
     return true;
 }
 #else  // ------------------------------------------------------------------------------------------ diffuse alone
-IR_FN BsdfValue bsdf_evaluate(const SceneData* s, const Surface* f, real3 w) {
+IR_FN BsdfValue bsdf_evaluate(const SceneData* s, const Surface* f, real3 w, const bool lobe) {
     BsdfValue v;
     v.density = max(dot(w, f->ns), 0.0f) * IR_INV_PI;
     v.diffuse = f->albedo * (v.density * bump_visibility(f, w));
@@ -236,7 +239,7 @@ IR_FN BsdfValue bsdf_evaluate(const SceneData* s, const Surface* f, real3 w) {
     return v;
 }
 
-IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, BsdfSample* b) {
+IR_FN bool bsdf_sample(const SceneData* s, const Surface* f, float u0, float u1, float u2, const bool lobe, BsdfSample* b) {
     const real3 in_frame = cosine_direction(u1, u2);
     b->direction = to_world(make_frame(f->ns), in_frame);
     b->density = in_frame.z * IR_INV_PI;

@@ -8,12 +8,15 @@ IR_FN void write_vector(IR_GLOBAL float* at, real3 v) {
     at[2] = v.z;
 }
 
+// Flag of a triangle that is asked: for samples of its BSDF's glossy part alone.
+#define IR_ASKED_LOBE 0x80000000u
+
 // A quarter into a triangle, seen from direction `view`.
 IR_FN Surface surface_seen(const SceneData* s, uint triangle, real3 view) {
     Hit hit;
     hit.t = 1.0f;
     hit.u = hit.v = 0.25f;
-    hit.primitive = triangle;
+    hit.primitive = triangle & ~IR_ASKED_LOBE;
     return surface_at(s, view, -view, &hit);
 }
 
@@ -25,7 +28,7 @@ IR_KERNEL void test_bsdf_evaluate(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR
     const uint i = IR_GLOBAL_ID;
     if (i >= count) return;
     const Surface f = surface_seen(&s, asked[i], read_vector(questions + 6u * i));
-    const BsdfValue v = bsdf_evaluate(&s, &f, read_vector(questions + 6u * i + 3u));
+    const BsdfValue v = bsdf_evaluate(&s, &f, read_vector(questions + 6u * i + 3u), (asked[i] & IR_ASKED_LOBE) != 0u);
     write_vector(answers + 7u * i, v.diffuse);
     write_vector(answers + 7u * i + 3u, v.glossy);
     answers[7u * i + 6u] = v.density;
@@ -44,7 +47,7 @@ IR_KERNEL void test_bsdf_at(IR_SCENE_ARGS, IR_GLOBAL const float* questions, IR_
     hit.v = q[7];
     hit.primitive = 0u;
     const Surface f = surface_at(&s, view, -view, &hit);
-    const BsdfValue v = bsdf_evaluate(&s, &f, read_vector(q + 3));
+    const BsdfValue v = bsdf_evaluate(&s, &f, read_vector(q + 3), false);
     write_vector(answers + 7u * i, v.diffuse);
     write_vector(answers + 7u * i + 3u, v.glossy);
     answers[7u * i + 6u] = v.density;
@@ -60,7 +63,7 @@ IR_KERNEL void test_bsdf_sample(IR_SCENE_ARGS, IR_GLOBAL const uint* asked, IR_G
     IR_GLOBAL float* a = answers + 12u * i;
     const Surface f = surface_seen(&s, asked[i], read_vector(q));
     BsdfSample b;
-    const bool valid = bsdf_sample(&s, &f, q[3], q[4], q[5], &b);
+    const bool valid = bsdf_sample(&s, &f, q[3], q[4], q[5], (asked[i] & IR_ASKED_LOBE) != 0u, &b);
     for (uint k = 0u; k < 12u; ++k) a[k] = 0.0f;
     if (!valid) return;
     a[0] = 1.0f;

@@ -9,9 +9,6 @@
 #include "light_cpu.h"
 #endif
 
-#ifndef IR_DIRECT_MIS
-#define IR_DIRECT_MIS 0
-#endif
 #if IR_DIRECT_MIS
 #define wants_bsdf_sample(f) true
 #else
@@ -23,7 +20,7 @@
 IR_FN bool known_vertex(const SceneData* s, PathState* path, const bool roulette, Rng* rng, RayCount* rays, real3* sum) {
     const bool mis = wants_bsdf_sample(&path->surface);
     const float u0 = rng_real(rng), u1 = rng_real(rng);
-    *sum += path->throughput * next_event(s, &path->surface, u0, u1, mis, rays);
+    *sum += path->throughput * next_event(s, &path->surface, u0, u1, mis, !IR_DIRECT_MIS, rays);
     return mis && path_bounce(s, path, true, roulette, rng, rays, sum);
 }
 
@@ -66,7 +63,7 @@ IR_ONCE_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, co
         direct[i] = black();
         if (known) continue;
         const LightSample l = lights[i];
-        direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, wants_bsdf_sample(f));
+        direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, wants_bsdf_sample(f), !IR_DIRECT_MIS);
         if (is_zero(direct[i])) continue;
         const real3 origin = leave_surface(f, l.direction);
         ox[used] = origin.x;

@@ -7,6 +7,12 @@
 #include "light.h"
 #include "visibility.h"
 
+// At vertices the indirect light of whose diffuse part is known from elsewhere: 1: direct light by light samples and BSDF
+// samples, weighed against each other; 0: that of the diffuse part by light samples alone.
+#ifndef IR_DIRECT_MIS
+#define IR_DIRECT_MIS 0
+#endif
+
 #ifndef IR_ROULETTE_START
 #define IR_ROULETTE_START 4u
 #endif
@@ -32,13 +38,15 @@ IR_FN real3 emitted_radiance(const SceneData* s, const Surface* f) {
 // ---- one vertex --------------------------------------------------------------------------------------------------
 
 // What a light sample adds to the radiance reflected at `f` if nothing is in its way. `mis`: weighed against the BSDF
-// sample that may find the same light.
-IR_FN real3 light_sample_radiance(const SceneData* s, const Surface* f, const LightSample* l, const bool mis) {
+// sample that may find the same light; `lobe`: against one of the glossy part alone, which says nothing of the diffuse one.
+IR_FN real3 light_sample_radiance(const SceneData* s, const Surface* f, const LightSample* l, const bool mis,
+                                  const bool lobe) {
     if (!l->valid) return black();
-    const BsdfValue v = bsdf_evaluate(s, f, l->direction);
+    const BsdfValue v = bsdf_evaluate(s, f, l->direction, lobe);
+    const float share = mis && l->density > 0.0f ? l->density / (l->density + v.density) : 1.0f;
+    if (lobe) return l->radiance * (v.diffuse + v.glossy * share);
     if (!(v.density > 0.0f)) return black();
-    const real3 radiance = l->radiance * (v.diffuse + v.glossy);
-    return mis && l->density > 0.0f ? radiance * (l->density / (l->density + v.density)) : radiance;
+    return l->radiance * (v.diffuse + v.glossy) * share;
 }
 
 // Where shadow rays from `f` end: a little before the light. They start (leave_surface) nearer to it than the surface,
@@ -48,9 +56,10 @@ IR_FN float shadow_distance(const Surface* f, const LightSample* l) {
 }
 
 // Next-event estimation at `f` by random numbers u0, u1.
-IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, RayCount* rays) {
+IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, const bool lobe,
+                       RayCount* rays) {
     const LightSample l = sample_light(s, f->p, f->ns, u0, u1);
-    const real3 radiance = light_sample_radiance(s, f, &l, mis);
+    const real3 radiance = light_sample_radiance(s, f, &l, mis, lobe);
     if (is_zero(radiance)) return radiance;
     ++rays->shadow;
     return radiance *
@@ -64,15 +73,15 @@ typedef struct Bounce {
     Hit hit;
 } Bounce;
 
-// Draws a direction at f by the BSDF; false: absorbed.
-IR_FN bool bounce_sample(const SceneData* s, const Surface* f, Rng* rng, Bounce* b) {
+// Draws a direction at f by the BSDF, or by its glossy part alone (`lobe`); false: there is none.
+IR_FN bool bounce_sample(const SceneData* s, const Surface* f, const bool lobe, Rng* rng, Bounce* b) {
 #if IR_FEATURES & IR_FEATURE_BSDFS
     const float u0 = rng_real(rng);
 #else
     const float u0 = 0.0f;
 #endif
     const float u1 = rng_real(rng), u2 = rng_real(rng);
-    return bsdf_sample(s, f, u0, u1, u2, &b->sample);
+    return bsdf_sample(s, f, u0, u1, u2, lobe, &b->sample);
 }
 
 // Finds what lies in that direction.
@@ -160,7 +169,7 @@ IR_FN bool path_follow(const SceneData* s, PathState* path, Bounce* b, const boo
 IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     Bounce b;
-    return bounce_sample(s, &path->surface, rng, &b) && path_follow(s, path, &b, known, roulette, rng, rays, sum);
+    return bounce_sample(s, &path->surface, known && !IR_DIRECT_MIS, rng, &b) && path_follow(s, path, &b, known, roulette, rng, rays, sum);
 }
 
 // Everything at one vertex: adds the direct light reflected there to *sum and moves on to the next surface; false if the
@@ -169,7 +178,7 @@ IR_FN bool path_vertex(const SceneData* s, PathState* path, const bool roulette,
     if (!reflects(&path->surface)) return false;
     if (!is_specular(&path->surface)) {
         const float u0 = rng_real(rng), u1 = rng_real(rng);
-        *sum += path->throughput * next_event(s, &path->surface, u0, u1, true, rays);
+        *sum += path->throughput * next_event(s, &path->surface, u0, u1, true, false, rays);
     }
     return path_bounce(s, path, false, roulette, rng, rays, sum);
 }

@@ -41,6 +41,9 @@ std::vector<Case> add_cases(BsdfKernels& kernels) {
             add("conductor" + rest, conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, alpha, beckmann), alpha, false);
             add("dielectric" + rest, dielectric(IR_MATERIAL_ROUGH_DIELECTRIC, 1.5, alpha, beckmann), alpha, true);
             add("plastic" + rest, plastic(IR_MATERIAL_ROUGH_PLASTIC, 1.5, 1, true, alpha, beckmann), alpha, false);
+            Case lobe = all.back();
+            lobe.name = "lobe of " + lobe.name, lobe.triangle |= BsdfKernels::lobe;
+            all.push_back(lobe);
             if (alpha > 0.2) continue;
             shared::Material brushed = conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, alpha, beckmann);
             brushed.alpha_v = 0.4f;
@@ -74,7 +77,7 @@ Integrals integrate(BsdfKernels& kernels, const Case& c) {
             result.density += share;
             const bool refracted = pairs[i * kFineColumns + k].direction[2] * c.cosine < 0;
             const double compression = refracted ? (c.cosine > 0 ? eta * eta : 1 / (eta * eta)) : 1;
-            result.albedo += v.sum()[1] * solid_angle * compression;
+            result.albedo += (c.triangle & BsdfKernels::lobe ? v.glossy : v.sum())[1] * solid_angle * compression;
         }
     }
     return result;
@@ -173,6 +176,46 @@ TEST(BsdfSamples, OfAnotherDensityAreFoundOut) {
     const std::uint32_t b = kernels.add(conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.1, 1e4, 0.33));
     EXPECT_LT(pearson(count(kernels, {"", a, 0.6}, 1), integrate(kernels, {"", b, 0.6})), 1e-6);
     EXPECT_GT(pearson(count(kernels, {"", a, 0.6}, 1), integrate(kernels, {"", a, 0.6})), 1e-3);
+}
+
+// Samples of the glossy part alone are those of the whole BSDF that chose it, without what they say of the diffuse
+// part.
+TEST(BsdfSamples, OfLobesAloneAreThoseThatChoseThem) {
+    BsdfKernels kernels;
+    const std::vector<std::uint32_t> all{kernels.add(plastic(IR_MATERIAL_PLASTIC, 1.5, 0.5, true)),
+                                         kernels.add(plastic(IR_MATERIAL_ROUGH_PLASTIC, 1.5, 0.5, true, 0.2)),
+                                         kernels.add(conductor(IR_MATERIAL_ROUGH_CONDUCTOR, 0.2, 4, 0.2)),
+                                         kernels.add(dielectric(IR_MATERIAL_ROUGH_DIELECTRIC, 1.5, 0.2))};
+    std::mt19937 random(1);
+    const auto uniform = [&] { return static_cast<double>(static_cast<float>(random() >> 8) * 0x1p-24f); };
+    for (const std::uint32_t triangle : all) {
+        std::vector<BsdfKernels::Draw> whole, lobes;
+        for (int i = 0; i < 4000; ++i) {
+            whole.push_back({triangle, direction_at(0.3 + 0.6 * uniform(), 0.7), {uniform(), uniform(), uniform()}});
+            lobes.push_back({triangle | BsdfKernels::lobe, whole.back().view, whole.back().u});
+        }
+        const std::vector<BsdfSample> a = kernels.sample(whole), b = kernels.sample(lobes);
+        int left_out = 0;
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            left_out += a[i].valid && !b[i].valid;
+            if (!b[i].valid) continue;
+            ASSERT_TRUE(a[i].valid);
+            EXPECT_EQ(a[i].direction, b[i].direction);
+            EXPECT_EQ(b[i].diffuse, (Vec{0, 0, 0}));
+            if (a[i].density == 0) {
+                EXPECT_EQ(a[i].glossy, b[i].glossy);
+                continue;
+            }
+            EXPECT_LE(b[i].density, a[i].density * (1 + 1e-6));
+            EXPECT_NEAR(a[i].glossy[0] * a[i].density, b[i].glossy[0] * b[i].density,
+                        1e-6 * a[i].glossy[0] * a[i].density);
+        }
+        const bool mixed = triangle < all[2];  // of a coat and a base
+        EXPECT_EQ(left_out > 2000, mixed) << left_out << " of triangle " << triangle;
+        if (!mixed) {
+            EXPECT_EQ(left_out, 0);
+        }
+    }
 }
 
 // Lossless and smooth: every sample carries all of the light.

@@ -104,8 +104,10 @@ public:
         scene_.textures.push_back(t);
         return static_cast<int>(scene_.textures.size()) - 1;
     }
+    /// With a triangle's number: of its BSDF the density, or samples, of the glossy part alone.
+    static constexpr std::uint32_t lobe = 0x80000000u;
     [[nodiscard]] const shared::Material& material(std::uint32_t triangle) const {
-        return scene_.materials.at(triangle);
+        return scene_.materials.at(triangle & ~lobe);
     }
 
     struct Pair {
