@@ -88,7 +88,7 @@ IR_ONCE_FN void indirect_tile(const SceneData* s, const Cache* cache, const Grid
 #define IR_LOBE_POINTS_PASSED
 #endif
 
-// All samples of a pixel of this launch; what they sum up to goes to its slot of the film, and to *halves by how much their
+// Samples of a pixel; what they sum up to goes to its slot of the film, and to *halves by how much their
 // halves differ.
 IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches* caches, const Grid* grid, uint pixel,
                             uint slot, IR_GLOBAL float* film, IR_GLOBAL float* halves, IR_GLOBAL ShadingPoint* points,
@@ -163,9 +163,10 @@ IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches
 IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL const GridCell* grid_cells,
                             GridParameters grid_parameters, IR_GLOBAL const uint* pixels, IR_GLOBAL float* film,
                             IR_GLOBAL ShadingPoint* points, IR_GLOBAL uint* ray_counts, uint pixel_count,
-                            uint first_sample, uint sample_count, uint edges, uint flags, uint seed) {
-    const uint slot = IR_GLOBAL_ID;
-    if (slot >= pixel_count) return;
+                            uint first_sample, uint sample_count, uint share, uint edges, uint flags, uint seed) {
+    // Work-items share out a pixel's samples, `share` for each; slots of those of the first shares of all pixels come first.
+    const uint slot = IR_GLOBAL_ID, before = slot / pixel_count * share;
+    if (before >= sample_count) return;
     IR_SCENE_INIT(s);
     IR_CACHE_INIT(cache);
     Grid grid;
@@ -179,6 +180,7 @@ IR_KERNEL void shade_pixels(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL
 #else
     caches.none = 0u;
 #endif
-    shade_pixel(&s, &cache, &caches, &grid, pixels[slot], slot, film, film + IR_FILM_CHANNELS * pixel_count + slot, points,
-                IR_LOBE_POINTS_PASSED ray_counts, first_sample, sample_count, edges, flags, seed);
+    shade_pixel(&s, &cache, &caches, &grid, pixels[slot % pixel_count], slot, film,
+                film + IR_FILM_CHANNELS * pixel_count + slot, points, IR_LOBE_POINTS_PASSED ray_counts,
+                first_sample + before, min(share, sample_count - before), edges, flags, seed);
 }

@@ -44,7 +44,7 @@ private:
     using Missed = std::vector<shared::ShadingPoint>;
     /// Places where records were made in one pass: the same place twice is a fault.
     using Made = std::set<std::tuple<std::uint32_t, float, float, float>>;
-    /// Buffers of launches of shade_pixels, up to chunk_ pixels each.
+    /// Buffers of launches of shade_pixels: of up to chunk_ pixels, or of shares of fewer pixels' samples.
     struct Launch {
         Buffer film;
         PointList points, lobe_points;

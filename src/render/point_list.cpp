@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 namespace irradia {
 namespace {
@@ -32,8 +33,12 @@ void PointList::read() {
     }
     indices_.resize(count);
     std::iota(indices_.begin(), indices_.end(), 1u);
-    std::sort(indices_.begin(), indices_.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return host_[a].pixel < host_[b].pixel; });
+    // Of one pixel in an order of their own, whichever came first.
+    const auto place = [&](std::uint32_t i) {
+        const shared::ShadingPoint& q = host_[i];
+        return std::tie(q.pixel, q.px, q.py, q.pz);
+    };
+    std::sort(indices_.begin(), indices_.end(), [&](std::uint32_t a, std::uint32_t b) { return place(a) < place(b); });
     sorted_.resize(count);
     for (std::size_t i = 0; i < count; ++i) sorted_[i] = host_[indices_[i]];
 }

@@ -2,6 +2,7 @@
 // one and is shaded anew.
 #include <algorithm>
 
+#include "core/in_ranges.h"
 #include "render/caching.h"
 #include "render/carried_records.h"
 #include "render/shared_order.h"
@@ -10,6 +11,25 @@ namespace irradia {
 namespace {
 
 constexpr std::uint32_t samples_a_launch = 256;  // float32 sums of a pixel; the host adds launches in double
+
+// A GPU with fewer work-items than this has idle ones, and waits for the one that takes longest. So several share a
+// pixel's samples, but not fewer than so many each, which share look-ups.
+constexpr std::size_t items_of_gpus = std::size_t{1} << 17;
+constexpr std::uint32_t least_share = 8;
+
+std::uint32_t share_of(std::uint32_t samples, std::size_t pixels) {
+    const auto shares = static_cast<std::uint32_t>(std::max<std::size_t>(items_of_gpus / pixels, 1));
+    return std::min(samples, std::max(least_share, (samples + shares - 1) / shares));
+}
+
+// Adds what later shares of the samples of `count` sums have come to, to those of the first.
+void add_shares(std::span<float> sums, std::size_t count, int threads) {
+    if (sums.size() == count) return;
+    in_ranges(threads, count, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t share = count; share < sums.size(); share += count)
+            for (std::size_t i = begin; i < end; ++i) sums[i] += sums[share + i];
+    });
+}
 
 // The pixels of this view at which records were made.
 void add_pixels(const RecordCache& cache, std::size_t first, std::vector<std::uint32_t>& pixels) {
@@ -25,7 +45,7 @@ void add_octree(RenderStatistics& s, const RecordCache& cache) {
 }
 
 // Adds the points that a launch has found to `missed`; of a pixel that an earlier launch of the same pixels (from
-// missed[first] on) has found, that first one counts.
+// missed[first] on) has found, that first one counts, and one of those that the shares of its samples have found.
 void add_missed(PointList& points, std::size_t first, std::vector<shared::ShadingPoint>& missed) {
     const auto by_pixel = [](const shared::ShadingPoint& a, const shared::ShadingPoint& b) {
         return a.pixel < b.pixel;
@@ -34,7 +54,9 @@ void add_missed(PointList& points, std::size_t first, std::vector<shared::Shadin
     const std::size_t known = missed.size();
     const auto at = [&](std::size_t i) { return missed.begin() + static_cast<std::ptrdiff_t>(i); };
     for (const shared::ShadingPoint& q : points.points())
-        if (!std::binary_search(at(first), at(known), q, by_pixel)) missed.push_back(q);
+        if ((missed.size() == known || missed.back().pixel != q.pixel) &&
+            !std::binary_search(at(first), at(known), q, by_pixel))
+            missed.push_back(q);
     std::inplace_merge(at(first), at(known), missed.end(), by_pixel);
 }
 
@@ -133,6 +155,8 @@ void CachingRenderer::Caching::sweep(Film& film) {
         while (s.sample < s.end) {
             run_.rest();
             const std::uint32_t samples = std::min(samples_a_launch, s.end - s.sample);
+            const std::uint32_t share = run_.device.cpu_traversal() ? samples : share_of(samples, part.size());
+            const std::size_t slots = part.size() * ((samples + share - 1) / share);
             Kernel kernel = run_.scene_kernel("shade_pixels.cl", "shade_pixels", defines);
             cache_.bind(kernel, false);
             if (radiance_) radiance_->bind(kernel, false).arg(launch.lobe_points.emptied());
@@ -144,13 +168,15 @@ void CachingRenderer::Caching::sweep(Film& film) {
                 .arg(static_cast<std::uint32_t>(part.size()))
                 .arg(s.sample)
                 .arg(samples)
+                .arg(share)
                 .arg(run_.edges_beyond_camera())
                 .arg((requests ? 1u : 0u) | (s.known != 0 ? 2u : 0u) |
                      (s.halves != 0 ? 4u : 0u))  // IR_SHADE_* of cl/shade_pixels.cl
                 .arg(run_.seed())
-                .run(group_count(part.size(), run_.device.pixel_group()), run_.device.pixel_group());
+                .run(group_count(slots, run_.device.pixel_group()), run_.device.pixel_group());
             const std::size_t sums = part.size() * film.channels(), halves = s.halves != 0 ? part.size() : 0;
-            run_.device.read(launch.film, launch.sums.data(), (sums + halves) * sizeof(float));
+            run_.device.read(launch.film, launch.sums.data(), (slots * film.channels() + halves) * sizeof(float));
+            add_shares({launch.sums.data(), slots * film.channels()}, sums, run_.device.host_threads());
             s.known != 0 ? film.add_indirect(launch.sums, part) : film.add(launch.sums, part, samples);
             if (halves > 0) film.set_halves({launch.sums.data() + sums, halves}, part);
             if (run_.collect_rays() > 0) {
@@ -172,10 +198,12 @@ void CachingRenderer::Caching::sweep(Film& film) {
 }
 
 CachingRenderer::Caching::Launch& CachingRenderer::Caching::launch(const Film& film) {
-    if (!launch_)
-        launch_.emplace(Launch{run_.device.allocate(chunk_ * (film.channels() + 1) * sizeof(float)),
-                               PointList(run_.device, chunk_), PointList(run_.device, radiance_ ? chunk_ : 0),
-                               UntouchedVector<float>(chunk_ * (film.channels() + 1))});
+    if (launch_) return *launch_;
+    const std::size_t most = chunk_ * (samples_a_launch / least_share);
+    const std::size_t items = run_.device.cpu_traversal() ? chunk_ : std::max(chunk_, std::min(items_of_gpus, most));
+    launch_.emplace(Launch{run_.device.allocate(items * (film.channels() + 1) * sizeof(float)),
+                           PointList(run_.device, items), PointList(run_.device, radiance_ ? items : 0),
+                           UntouchedVector<float>(items * (film.channels() + 1))});
     return *launch_;
 }
 

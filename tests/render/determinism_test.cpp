@@ -52,6 +52,23 @@ TEST(Traversals, SeeTheSamePicture) {
     }
 }
 
+// Work-items of GPUs share out the samples of a pixel, each finds its own misses, and one of a pixel's counts: which
+// one does not depend on who was first.
+TEST(Traversals, SharesOfAPixelDoNotDependOnThreads) {
+    const Scene scene = load(project_scene("glossy-box.xml"), {}, 24, 24);
+    RenderSettings settings;
+    settings.method = Method::radiance;
+    settings.spp = 64;
+    settings.accuracy = 0.1f;
+    DeviceOptions one, three;
+    one.traversal = three.traversal = "gpu";
+    one.threads = 1, three.threads = 3;
+    const RenderResult a = run(scene, settings, one), b = run(scene, settings, three);
+    EXPECT_EQ(a.image.layers[0].data, b.image.layers[0].data);
+    EXPECT_EQ(a.statistics.records, b.statistics.records);
+    EXPECT_GT(a.statistics.radiance_records, 0u);
+}
+
 // Samples on one smooth surface share a look-up: those of a packet on CPU devices, those of a pixel on GPUs, which take
 // one at a time. What they miss is the second derivative of E over a pixel, here a 48th of the box: .16 and .19 % of
 // the picture, .02 % of its mean.
