@@ -1,7 +1,8 @@
 // Direct light of up to IR_TILE surfaces at once: a light sample each, their shadow rays as one packet, and where
 // -D IR_DIRECT_MIS=1 a BSDF sample too, weighed against each other by the balance heuristic. Light samples alone do where
 // the one light can be sampled in solid angle; of several lights, chosen by power, the nearest may be chosen too rarely.
-// Glossy surfaces always take a BSDF sample, which then goes on with what their glossy part reflects of indirect light.
+// Glossy surfaces always take a BSDF sample, otherwise of their lobe alone, which goes on with the indirect light that the
+// lobe reflects.
 #ifndef IR_DIRECT_H
 #define IR_DIRECT_H
 #include "path.h"

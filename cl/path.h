@@ -169,7 +169,8 @@ IR_FN bool path_follow(const SceneData* s, PathState* path, Bounce* b, const boo
 IR_FN bool path_bounce(const SceneData* s, PathState* path, const bool known, const bool roulette, Rng* rng,
                        RayCount* rays, real3* sum) {
     Bounce b;
-    return bounce_sample(s, &path->surface, known && !IR_DIRECT_MIS, rng, &b) && path_follow(s, path, &b, known, roulette, rng, rays, sum);
+    return bounce_sample(s, &path->surface, known && !IR_DIRECT_MIS, rng, &b) &&
+           path_follow(s, path, &b, known, roulette, rng, rays, sum);
 }
 
 // Everything at one vertex: adds the direct light reflected there to *sum and moves on to the next surface; false if the

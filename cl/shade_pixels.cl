@@ -88,8 +88,7 @@ IR_ONCE_FN void indirect_tile(const SceneData* s, const Cache* cache, const Grid
 #define IR_LOBE_POINTS_PASSED
 #endif
 
-// Samples of a pixel; what they sum up to goes to its slot of the film, and to *halves by how much their
-// halves differ.
+// Samples of a pixel; what they sum up to goes to its slot of the film, to *halves by how much their halves differ.
 IR_ONCE_FN void shade_pixel(const SceneData* s, const Cache* cache, const Caches* caches, const Grid* grid, uint pixel,
                             uint slot, IR_GLOBAL float* film, IR_GLOBAL float* halves, IR_GLOBAL ShadingPoint* points,
                             IR_LOBE_POINTS IR_GLOBAL uint* ray_counts, uint first_sample, uint sample_count, uint edges,

@@ -1,5 +1,5 @@
-// Bytes of sRGB pictures as linear numbers: srgb_to_linear(i / 255) (texture.h) in double precision, rounded. For CPU devices,
-// which take longer for a logarithm than for memory; a test computes it anew.
+// Bytes of sRGB pictures as linear numbers: srgb_to_linear(i / 255) (texture.h) in double precision, rounded. For CPU
+// devices, which take longer for a logarithm than for memory; a test computes it anew.
 #ifndef IR_SRGB_TABLE_H
 #define IR_SRGB_TABLE_H
 #include "portable.h"
