@@ -19,10 +19,9 @@
 // One vertex of a path, the indirect light of whose diffuse part is known from elsewhere: adds its direct light to *sum;
 // true if its glossy part goes on.
 IR_FN bool known_vertex(const SceneData* s, PathState* path, const bool roulette, Rng* rng, RayCount* rays, real3* sum) {
-    const bool mis = wants_bsdf_sample(&path->surface);
     const float u0 = rng_real(rng), u1 = rng_real(rng);
-    *sum += path->throughput * next_event(s, &path->surface, u0, u1, mis, !IR_DIRECT_MIS, rays);
-    return mis && path_bounce(s, path, true, roulette, rng, rays, sum);
+    *sum += path->throughput * next_event(s, &path->surface, u0, u1, !IR_DIRECT_MIS, rays);
+    return wants_bsdf_sample(&path->surface) && path_bounce(s, path, true, roulette, rng, rays, sum);
 }
 
 // A light sample for each of the surfaces of paths[i], i < count, by random numbers u[i], v[i].
@@ -64,7 +63,7 @@ IR_ONCE_FN uint direct_tile(const SceneData* s, PathState* paths, uint count, co
         direct[i] = black();
         if (known) continue;
         const LightSample l = lights[i];
-        direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, wants_bsdf_sample(f), !IR_DIRECT_MIS);
+        direct[i] = paths[i].throughput * light_sample_radiance(s, f, &l, !IR_DIRECT_MIS);
         if (is_zero(direct[i])) continue;
         const real3 origin = leave_surface(f, l.direction);
         ox[used] = origin.x;

@@ -36,7 +36,7 @@ IR_ONCE_FN uint grid_path(const SceneData* s, IR_GLOBAL const GridSum* sums, con
         if (is_diffuse(&f)) grid_expect(grid, sums, f.p, f.ns);
         if (!is_specular(&f)) {
             const float u0 = rng_real(rng), u1 = rng_real(rng);
-            v->direct = next_event(s, &f, u0, u1, true, false, rays);
+            v->direct = next_event(s, &f, u0, u1, false, rays);
         }
         Bounce b;
         if (!bounce_sample(s, &f, false, rng, &b)) return k + 1u;

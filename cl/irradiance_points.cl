@@ -58,7 +58,7 @@ IR_KERNEL void point_irradiance(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const Sh
     for (uint k = 0; direct && k < samples; ++k) {
         float u[4];
         sobol4(first_sample + k, hash_uint(i ^ hash_uint(seed)), u);
-        sum += next_event(&s, &f, u[2], u[3], false, false, &rays) * IR_PI;
+        sum += next_event(&s, &f, u[2], u[3], true, &rays) * IR_PI;
     }
     real3 e;
     if (!cache_lookup(&cache, f.p, f.ns, 0u, &e)) e = make_real3(-1.0f, -1.0f, -1.0f);

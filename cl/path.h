@@ -37,13 +37,13 @@ IR_FN real3 emitted_radiance(const SceneData* s, const Surface* f) {
 
 // ---- one vertex --------------------------------------------------------------------------------------------------
 
-// What a light sample adds to the radiance reflected at `f` if nothing is in its way. `mis`: weighed against the BSDF
-// sample that may find the same light; `lobe`: against one of the glossy part alone, which says nothing of the diffuse one.
-IR_FN real3 light_sample_radiance(const SceneData* s, const Surface* f, const LightSample* l, const bool mis,
-                                  const bool lobe) {
+// What a light sample adds to the radiance reflected at `f` if nothing is in its way, weighed against the BSDF sample that
+// may find the same light; `lobe`: one of the glossy part alone, if there is one, which says nothing of the diffuse part.
+IR_FN real3 light_sample_radiance(const SceneData* s, const Surface* f, const LightSample* l, const bool lobe) {
     if (!l->valid) return black();
     const BsdfValue v = bsdf_evaluate(s, f, l->direction, lobe);
-    const float share = mis && l->density > 0.0f ? l->density / (l->density + v.density) : 1.0f;
+    const bool weighed = (!lobe || is_glossy(f)) && l->density > 0.0f;
+    const float share = weighed ? l->density / (l->density + v.density) : 1.0f;
     if (lobe) return l->radiance * (v.diffuse + v.glossy * share);
     if (!(v.density > 0.0f)) return black();
     return l->radiance * (v.diffuse + v.glossy) * share;
@@ -56,10 +56,9 @@ IR_FN float shadow_distance(const Surface* f, const LightSample* l) {
 }
 
 // Next-event estimation at `f` by random numbers u0, u1.
-IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool mis, const bool lobe,
-                       RayCount* rays) {
+IR_FN real3 next_event(const SceneData* s, const Surface* f, float u0, float u1, const bool lobe, RayCount* rays) {
     const LightSample l = sample_light(s, f->p, f->ns, u0, u1);
-    const real3 radiance = light_sample_radiance(s, f, &l, mis, lobe);
+    const real3 radiance = light_sample_radiance(s, f, &l, lobe);
     if (is_zero(radiance)) return radiance;
     ++rays->shadow;
     return radiance *
@@ -179,7 +178,7 @@ IR_FN bool path_vertex(const SceneData* s, PathState* path, const bool roulette,
     if (!reflects(&path->surface)) return false;
     if (!is_specular(&path->surface)) {
         const float u0 = rng_real(rng), u1 = rng_real(rng);
-        *sum += path->throughput * next_event(s, &path->surface, u0, u1, true, false, rays);
+        *sum += path->throughput * next_event(s, &path->surface, u0, u1, false, rays);
     }
     return path_bounce(s, path, false, roulette, rng, rays, sum);
 }

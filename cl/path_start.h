@@ -36,7 +36,7 @@ IR_FN void seen_radiance(const SceneData* s, const Surface* f, const PathNumbers
     if (edges == 0u || !reflects(f)) return;
     PathState path = path_from(*f, 0.0f);
     const bool straight = is_specular(f);
-    if (!straight) *direct += next_event(s, f, n->light_u[i], n->light_v[i], true, false, rays);
+    if (!straight) *direct += next_event(s, f, n->light_u[i], n->light_v[i], false, rays);
     Bounce b;
     if (!bsdf_sample(s, f, n->lobe[i], n->bsdf_u[i], n->bsdf_v[i], false, &b.sample)) return;
     if (!path_follow(s, &path, &b, false, false, rng, rays, direct)) return;
