@@ -24,13 +24,13 @@ float box_pad(const accel::HostTree& tree) {
 void build_accel(Scene& scene, int threads, const std::function<void(double)>& progress, AccelLayouts layouts,
                  AccelQuality quality) {
     accel::check_primitive_count(scene.triangles.size() + scene.analytics.size(), scene.source);
-    const accel::HostTree tree = accel::build_host_tree(scene, threads, quality, layouts, progress);
-    const float pad = box_pad(tree);
-    scene.accel = {};
-    scene.accel.quality = quality;
     tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-    arena.execute([&] {  // each fills arrays of its own
-        tbb::parallel_invoke(
+    arena.execute([&] {
+        const accel::HostTree tree = accel::build_host_tree(scene, quality, layouts, progress);
+        const float pad = box_pad(tree);
+        scene.accel = {};
+        scene.accel.quality = quality;
+        tbb::parallel_invoke(  // each fills arrays of its own
             [&] {
                 if (layouts != AccelLayouts::bvh2) accel::flatten_bvh8(scene, tree, pad, scene.accel);
             },

@@ -1,7 +1,5 @@
 #include "host_tree.h"
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <numeric>
 
@@ -99,17 +97,13 @@ HostTree build_median_tree(const Scene& scene) {
     return tree;
 }
 
-HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality, AccelLayouts layouts,
+HostTree build_host_tree(const Scene& scene, AccelQuality quality, AccelLayouts layouts,
                          const std::function<void(double)>& progress) {
     if (scene.triangles.empty() && scene.analytics.empty()) return {};
-    HostTree tree;
-    tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
-    arena.execute([&] {
-        const TreeKind quick = layouts == AccelLayouts::bvh8 ? TreeKind::blocks : TreeKind::pairs;
-        const bool best = quality == AccelQuality::best;
-        tree = build_embree_tree(scene, best ? TreeKind::splits : quick, progress);
-        if (best && !fits(tree)) tree = build_embree_tree(scene, quick, progress);
-    });
+    const TreeKind quick = layouts == AccelLayouts::bvh8 ? TreeKind::blocks : TreeKind::pairs;
+    const bool best = quality == AccelQuality::best;
+    HostTree tree = build_embree_tree(scene, best ? TreeKind::splits : quick, progress);
+    if (best && !fits(tree)) tree = build_embree_tree(scene, quick, progress);
     if (!fits(tree)) tree = build_median_tree(scene);
     return tree;
 }

@@ -35,9 +35,9 @@ std::int32_t append_primitives(const Scene& scene, HostTree& tree, const Box& bo
 
 /// The tree that Embree builds by the surface area heuristic, for AccelQuality::best with spatial splits, or the median
 /// tree where its depth or size would not fit. Built quickly for eight-wide nodes alone, leaves hold up to kWidth
-/// triangles. Deterministic for any `threads` (0 = all). `progress`, which may be empty, hears the fraction done, from
-/// any thread.
-HostTree build_host_tree(const Scene& scene, int threads, AccelQuality quality, AccelLayouts layouts,
+/// triangles. Runs on the threads of the caller's task arena, and is the same for any number of them. `progress`, which
+/// may be empty, hears the fraction done, from any thread.
+HostTree build_host_tree(const Scene& scene, AccelQuality quality, AccelLayouts layouts,
                          const std::function<void(double)>& progress = {});
 
 /// Depth at most ceil(log2 n) whatever the geometry: splits at the median along the widest axis.
