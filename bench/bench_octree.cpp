@@ -12,10 +12,12 @@
 #include <memory>
 #include <random>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "bench.h"
 #include "cache/RecordCache.h"
+#include "core/spatial_order.h"
 
 namespace irradia::bench {
 namespace {
@@ -90,15 +92,19 @@ std::vector<Record> make_records(std::size_t count) {
     return records;
 }
 
-// Six floats each. `coherent`: every pixel of every wall, in tiles of 4x4, as the renderer shades them.
-std::vector<float> make_points(std::size_t records, bool coherent) {
+// The places that are looked up: every pixel of every wall, in tiles of 4x4, as the renderer shades them; as many at
+// random places; the same put in order first, as the renderer does with points that it is given.
+enum class Places { coherent, random, ordered };
+
+// Six floats each.
+std::vector<float> make_points(std::size_t records, Places places) {
     const float size = room_size(records);
     std::vector<float> points;
     const auto add = [&](int wall, float a, float b) {
         const auto [p, n, t] = wall_point(wall, a, b, size);
         points.insert(points.end(), {p[0], p[1], p[2], n[0], n[1], n[2]});
     };
-    if (coherent) {
+    if (places == Places::coherent) {
         const int tiles = static_cast<int>(std::ceil(size / pixel / 4));
         const float step = size / static_cast<float>(4 * tiles);
         while (points.size() < 6 * least_points)
@@ -115,6 +121,18 @@ std::vector<float> make_points(std::size_t records, bool coherent) {
             add(std::min(static_cast<int>(6 * u(random)), 5), u(random) * size, u(random) * size);
     }
     return points;
+}
+
+// The points along the curve.
+std::vector<float> ordered(const std::vector<float>& points) {
+    std::vector<Vector> positions(points.size() / 6);
+    for (std::size_t i = 0; i < positions.size(); ++i)
+        positions[i] = {points[6 * i], points[6 * i + 1], points[6 * i + 2]};
+    std::vector<float> along;
+    along.reserve(points.size());
+    for (const std::uint32_t i : spatial_order(positions))
+        along.insert(along.end(), &points[6 * i], &points[6 * i] + 6);
+    return along;
 }
 
 class Octree {
@@ -225,15 +243,22 @@ void report_octree(benchmark::State& state, const RecordCache& cache) {
     state.counters["depth"] = static_cast<double>(o.depth);
 }
 
-void look_up(benchmark::State& state, const DeviceOptions& options, std::size_t records, bool coherent) {
+void look_up(benchmark::State& state, const DeviceOptions& options, std::size_t records, Places places) {
     Octree& octree = get_octree(options, records);
-    const std::vector<float> points = make_points(records, coherent);
+    const std::vector<float> points = make_points(records, places);
     const std::size_t count = points.size() / 6;
-    const Buffer in = octree.device().upload(points), out = octree.device().allocate(4 * count * sizeof(float));
+    Buffer in = octree.device().upload(points), out = octree.device().allocate(4 * count * sizeof(float));
     octree.look_up(in, out, count);  // compiles
     double best = 1e30;
     for (auto _ : state) {
-        const double seconds = octree.look_up(in, out, count);
+        double seconds = 0;
+        if (places == Places::ordered) {
+            const double start = cpu_seconds();
+            const std::vector<float> along = ordered(points);
+            seconds = cpu_seconds() - start;
+            octree.device().write(in, along.data(), along.size() * sizeof along[0]);
+        }
+        seconds += octree.look_up(in, out, count);
         best = std::min(best, seconds);
         state.SetIterationTime(seconds);
     }
@@ -263,10 +288,11 @@ void register_octree(const DeviceOptions& options) {
         benchmark::RegisterBenchmark(name.c_str(), run)->UseManualTime()->Unit(benchmark::kMillisecond);
     };
     const std::size_t sizes[] = {1000, 10000, 100000, 1000000};
-    for (const bool coherent : {true, false})
+    for (const auto& [name, places] :
+         {std::pair("coherent", Places::coherent), {"random", Places::random}, {"ordered", Places::ordered}})
         for (const std::size_t n : sizes)
-            add(std::string("octree/look_up/") + (coherent ? "coherent/" : "random/") + std::to_string(n),
-                [=](benchmark::State& s) { look_up(s, options, n, coherent); });
+            add(std::string("octree/look_up/") + name + "/" + std::to_string(n),
+                [=](benchmark::State& s) { look_up(s, options, n, places); });
     for (const bool clamp : {false, true})
         for (const std::size_t n : sizes)
             add(std::string("octree/insert/") + (clamp ? "clamped/" : "plain/") + std::to_string(n),

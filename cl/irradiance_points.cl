@@ -57,7 +57,7 @@ IR_KERNEL void point_irradiance(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_GLOBAL const Sh
     real3 sum = make_real3(0.0f, 0.0f, 0.0f);
     for (uint k = 0; direct && k < samples; ++k) {
         float u[4];
-        sobol4(first_sample + k, hash_uint(i ^ hash_uint(seed)), u);
+        sobol4(first_sample + k, hash_uint(q.pixel ^ hash_uint(seed)), u);  // its own, wherever it lies in the list
         sum += next_event(&s, &f, u[2], u[3], true, &rays) * IR_PI;
     }
     real3 e;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/spatial_order.h"
 #include "irradia/Error.h"
 #include "irradia/RecordFile.h"
 #include "render/methods.h"
@@ -53,7 +54,17 @@ std::vector<shared::ShadingPoint> shading_points(const Scene& scene, const std::
     return out;
 }
 
-/// Makes records until every point is covered, coarse to fine, so that those made at once lie apart.
+/// Where the points lie in the order in which the device is given them. A file's may be in any: at random places a
+/// look-up among many records waits for memory.
+std::vector<std::uint32_t> order_of(const std::vector<shared::ShadingPoint>& points) {
+    std::vector<std::array<float, 3>> positions;
+    positions.reserve(points.size());
+    for (const shared::ShadingPoint& q : points) positions.push_back({q.px, q.py, q.pz});
+    return spatial_order(positions);
+}
+
+/// Makes records until every point is covered, coarse to fine: every 256th along the curve first, so that those made at
+/// once lie apart.
 void cover(Run& run, CachingRenderer& caching, const std::vector<shared::ShadingPoint>& points) {
     const std::size_t group = run.device.pixel_group();
     Buffer buffer = run.device.upload(points);
@@ -87,8 +98,10 @@ void cover(Run& run, CachingRenderer& caching, const std::vector<shared::Shading
     run.phase("records");
 }
 
+/// Of points[i], which is the order[i]-th that was asked for, to result[order[i]].
 std::vector<PointIrradiance> answer(Run& run, const CachingRenderer& caching,
-                                    const std::vector<shared::ShadingPoint>& points, bool indirect) {
+                                    const std::vector<shared::ShadingPoint>& points,
+                                    const std::vector<std::uint32_t>& order, bool indirect) {
     const std::size_t group = run.device.pixel_group();
     const Buffer buffer = run.device.upload(points);
     std::vector<float> answers(6 * points.size());
@@ -119,11 +132,11 @@ std::vector<PointIrradiance> answer(Run& run, const CachingRenderer& caching,
     std::vector<PointIrradiance> result(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (indirect && sums[i][3] < 0)
-            throw Error("point " + std::to_string(i) +
+            throw Error("point " + std::to_string(order[i]) +
                         ": the record made there does not cover it (an error in the program: please report it)");
         for (std::size_t k = 0; k < 3; ++k) {
-            result[i].direct[k] = static_cast<float>(sums[i][k] / run.spp());
-            result[i].indirect[k] = indirect ? static_cast<float>(sums[i][3 + k]) : 0.0f;
+            result[order[i]].direct[k] = static_cast<float>(sums[i][k] / run.spp());
+            result[order[i]].indirect[k] = indirect ? static_cast<float>(sums[i][3 + k]) : 0.0f;
         }
     }
     return result;
@@ -142,12 +155,16 @@ std::vector<PointIrradiance> irradiance_at(const Scene& scene, Device& device, c
     Run run(scene, device, diffuse, progress);
     CachingRenderer caching(run);
     if (records != nullptr) caching.load(*records);
-    const std::vector<shared::ShadingPoint> asked = shading_points(scene, points, caching.irradiance().size());
+    const std::vector<shared::ShadingPoint> given = shading_points(scene, points, caching.irradiance().size());
+    const std::vector<std::uint32_t> order = order_of(given);
+    std::vector<shared::ShadingPoint> asked;
+    asked.reserve(order.size());
+    for (const std::uint32_t i : order) asked.push_back(given[i]);
     const bool indirect = run.edges_beyond_camera() >= 2;
     std::vector<PointIrradiance> result;
     if (!asked.empty()) {
         if (indirect) cover(run, caching, asked);
-        result = answer(run, caching, asked, indirect);
+        result = answer(run, caching, asked, order, indirect);
     }
     if (records != nullptr) caching.store(*records);
     run.statistics.records = caching.irradiance().size();

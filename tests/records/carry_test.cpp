@@ -3,6 +3,9 @@
 
 #include <unistd.h>
 
+#include <cmath>
+#include <random>
+
 #include "../render/room.h"
 #include "irradia/Error.h"
 #include "irradia/Points.h"
@@ -293,6 +296,29 @@ TEST(Points, AnswerTheIntegratingSphere) {
     EXPECT_THROW(irradiance_at(scene, device, s, {{{5, 0, 0}, {0, 0, 0}}}), Error);
     s.method = Method::path;
     EXPECT_THROW(irradiance_at(scene, device, s, points), Error);
+}
+
+// Points at random places are looked up in another order than they were given in. Closed form: under a point light of
+// intensity I at height 1, E = I / d^3 at distance d from it.
+TEST(Points, AnswersLieInTheirOrder) {
+    const Scene scene = load_text(R"(<scene version="3.0.0">)" + sensor(16, "0,-3,3", "0,0,0", 60) +
+                                  R"(<shape type="rectangle"><transform name="to_world"><scale value="4"/></transform>
+        <bsdf type="diffuse"/></shape>
+        <emitter type="point"><point name="position" x="1" y="0" z="1"/><rgb name="intensity" value="3"/></emitter>
+        </scene>)");
+    Device device({});
+    RenderSettings s;
+    s.spp = 1;
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> u(-3, 3);
+    std::vector<IrradiancePoint> points(1000);
+    for (IrradiancePoint& p : points) p = {{u(random), u(random), 0}, {0, 0, 1}};
+    const std::vector<PointIrradiance> answers = irradiance_at(scene, device, s, points);
+    ASSERT_EQ(answers.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double d = std::hypot(points[i].position[0] - 1, points[i].position[1], 1.0);
+        EXPECT_NEAR(static_cast<double>(answers[i].direct[1]) / (3 / (d * d * d)), 1, 1e-5) << i;
+    }
 }
 
 }  // namespace
