@@ -94,6 +94,7 @@ IR_KERNEL void echo_sizes(IR_GLOBAL const char* base, IR_GLOBAL uint* sizes) {
     sizes[n++] = (uint)sizeof(GridParameters);
     sizes[n++] = IR_OFFSET(GridParameters, unit);
     sizes[n++] = IR_OFFSET(GridParameters, slots);
+    sizes[n++] = IR_OFFSET(GridParameters, edges);
     sizes[n++] = (uint)sizeof(GridSum);
     sizes[n++] = IR_OFFSET(GridSum, samples);
     sizes[n++] = IR_OFFSET(GridSum, b);

@@ -1,5 +1,6 @@
 // Filling the irradiance grid. trace_grid_paths: one work-item traces one path from the camera and leaves, at each of
-// its vertices, the irradiance by indirect light that the rest of the path estimates there. merge_grid_level adds every
+// its vertices, the irradiance by indirect light that the rest of the path estimates there, or as many of the next vertices
+// as paths may have behind a look-up. merge_grid_level adds every
 // cell of a level to the one around it; grid_means makes of the sums what look-ups read. The table is mostly empty: slots
 // that are taken are listed, and what comes later goes through the list.
 #define IR_GRID_FILL
@@ -16,15 +17,20 @@ typedef struct GridVertex {
     float cosine;        // its irradiance is that radiance times this; < 0: it wants none
 } GridVertex;
 
-// Traces a path from surface f; returns the number of its vertices. *tail: radiance that the surface behind the last
-// vertex reflects to it. The vertices' cells are sent for on the way: waiting for them took a third of a deposit.
+// Traces a path from surface f; returns the number of its vertices that are kept. In the estimate of vertex k counts what
+// the next `most` vertices reflect. tails[i]: what reaches the last one that is kept from behind it and counts for vertices
+// i and on. The vertices' cells are sent for on the way: waiting for them took a third of a deposit.
 IR_ONCE_FN uint grid_path(const SceneData* s, IR_GLOBAL const GridSum* sums, const GridParameters* grid, Surface f,
-                          Rng* rng, GridVertex* vertices, real3* tail, RayCount* rays) {
-    *tail = black();
+                          uint most, Rng* rng, GridVertex* vertices, real3* tails, RayCount* rays) {
+    for (uint i = 0; i < IR_GRID_VERTICES; ++i) tails[i] = black();
     PathState path = path_from(f, 0.0f);
     for (uint k = 0; reflects(&path.surface); ++k) {
         if (k == IR_GRID_VERTICES) {
-            reflected_radiance(s, path.surface, 0xffffffffu, rng, rays, tail, tail);
+            path = path_from(path.surface, 0.0f);
+            for (uint bounce = 0; bounce < most; ++bounce) {
+                real3* tail = &tails[k + bounce <= most ? 0u : k + bounce - most];
+                if (!path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, tail)) break;
+            }
             return k;
         }
         f = path.surface;
@@ -82,18 +88,20 @@ IR_ONCE_FN uint fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const 
     if (hit.primitive == IR_NO_PRIMITIVE) return 0u;
     const Surface f = surface_at(s, origin, ray.direction, &hit);
     GridVertex path[IR_GRID_VERTICES];
-    real3 arrives;  // at vertex k from what lies behind it
+    real3 tails[IR_GRID_VERTICES];
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
-    const uint count = grid_path(s, sums, grid, f, &rng, path, &arrives, &rays);
+    const uint most = edges_left(grid->edges, 1u);  // vertices behind one that count there: direct light takes an edge
+    const uint count = grid_path(s, sums, grid, f, most, &rng, path, tails, &rays);
     uint taken = 0u;
     for (uint k = count; k-- > 0u;) {
-        const GridVertex v = path[k];
-        if (v.cosine >= 0.0f) {
-            const uint slot = grid_deposit(grid, sums, v.p, v.n, arrives * v.cosine, overflow);
-            if (slot != IR_GRID_NONE) fresh[taken++] = slot;
-        }
-        arrives = v.direct + v.weight * arrives;
+        if (path[k].cosine < 0.0f) continue;
+        const uint behind = count - 1u - k;
+        real3 arrives = black();  // at vertex k from those behind it
+        for (uint i = 0; i <= k && behind < most; ++i) arrives += tails[i];
+        for (uint j = k + min(behind, most); j > k; --j) arrives = path[j].direct + path[j].weight * arrives;
+        const uint slot = grid_deposit(grid, sums, path[k].p, path[k].n, arrives * path[k].cosine, overflow);
+        if (slot != IR_GRID_NONE) fresh[taken++] = slot;
     }
     count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
     count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);

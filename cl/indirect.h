@@ -43,7 +43,8 @@ IR_FN real3 path_radiance(const SceneData* s, const Grid* grid, PathState path, 
 #if IR_GRID
         real3 radiance;
         const float distance = IR_GRID == 2 && scattered ? IR_INFINITY : path.distance;
-        if (ask && grid_radiance(s, grid, &path.surface, distance, rng, &radiance)) {
+        if (ask && grid_serves(grid->parameters, edges - bounce) &&
+            grid_radiance(s, grid, &path.surface, distance, rng, &radiance)) {
             sum += path.throughput * radiance;
             if (!known_vertex(s, &path, roulette, rng, rays, &sum)) break;
             scattered = false;  // what goes on is glossy

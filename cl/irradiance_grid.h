@@ -7,7 +7,9 @@
 // What it errs by: cells average over their extent. So cells are small where many paths came by (the finest level with
 // enough samples answers), look-ups are spread over the neighbouring cells at random, and rays that are shorter than a
 // few cells go on as paths for one more bounce, behind which drafts take any length (IR_GRID=2). The values themselves
-// come from complete paths: nothing compounds.
+// come from complete paths: nothing compounds. Where paths have a limited length, those that fill the grid are as long as
+// may follow a hemisphere's ray, and it answers there alone; farther on only where IR_GRID_DEEP edges are left: what is
+// wrong then is light that so many surfaces have reflected.
 #ifndef IR_IRRADIANCE_GRID_H
 #define IR_IRRADIANCE_GRID_H
 #include "irradia/shared/grid_types.h"
@@ -67,6 +69,9 @@ IR_FN GridQuery grid_query(const GridParameters* g, real3 p, real3 n, float dist
     q.distance = distance;
     return q;
 }
+
+// May the grid answer where `edges` path edges may follow, direct light among them?
+IR_FN bool grid_serves(const GridParameters* g, uint edges) { return edges == g->edges || edges >= IR_GRID_DEEP; }
 
 // Is the ray long enough for cells of `level`?
 IR_FN bool grid_reaches(const GridParameters* g, const GridQuery* q, uint level) {

@@ -120,7 +120,7 @@ IR_ONCE_FN uint tile_radiance(const SceneData* s, const Grid* grid, const Surfac
         radiance[from[i]] += direct[i];
         if (!((on >> i) & 1u)) continue;
         Rng rng = rng_make(seed ^ 0x676c6f73u, record, indices[i]);
-        radiance[from[i]] += path_radiance(s, grid, answered[i], edges, true, &rng, rays);
+        radiance[from[i]] += path_radiance(s, grid, answered[i], edges_left(edges, 1u), true, &rng, rays);
     }
 #endif
     return deferred;

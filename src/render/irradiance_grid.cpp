@@ -52,6 +52,7 @@ IrradianceGrid::IrradianceGrid(Run& run)
     parameters_.cell = info.diagonal / cells_a_diagonal;
     parameters_.unit = std::max(static_cast<float>(typical_irradiance(run.scene) * 0x1p-20), 1e-30f);
     parameters_.shortest = shortest_ray;
+    parameters_.edges = run.edges_beyond_hemisphere();
     parameters_.slots = 1;
     run.device.fill(cells_, 0, sizeof(shared::GridCell));  // without a key: it knows nothing
 }
@@ -73,7 +74,8 @@ void IrradianceGrid::fill() {
     }
 }
 
-bool IrradianceGrid::wanted() const { return run_.settings.grid && run_.settings.max_depth < 0; }
+// Where nothing but direct light is wanted behind a hemisphere's rays it has nothing to say.
+bool IrradianceGrid::wanted() const { return run_.settings.grid && run_.edges_beyond_hemisphere() >= 2; }
 
 void IrradianceGrid::announce() { on_ = wanted(); }
 

@@ -16,8 +16,8 @@ public:
 
     /// Announces that fill() may follow: kernels are those that ask it, and find nothing.
     void announce();
-    /// Traces settings.grid_paths paths through the picture. Does nothing if the grid is off by settings, or the paths'
-    /// depth is limited (an estimate left at a path's third vertex does not know how many edges the asker has left).
+    /// Traces settings.grid_paths paths through the picture. Does nothing if the grid is off by settings, or nothing
+    /// but direct light is wanted behind a hemisphere's rays.
     void fill();
 
     /// Are kernels those that ask it?

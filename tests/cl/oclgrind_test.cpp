@@ -32,7 +32,11 @@ const Names kRadianceHarmonics = [] {
     names.insert("project_harmonics");
     return names;
 }();
-const Names kUnclamped{"find_misses", "sample_hemispheres", "insert_records", "pack_records", "shade_pixels"};
+const Names kUnclamped = [] {
+    Names names = kIrradiance;
+    names.erase("clamp_records");
+    return names;
+}();
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kProbes{"find_lamps", "probe_pixels"};
@@ -274,7 +278,8 @@ TEST_F(Oclgrind, IrradianceOfAWholeSceneGpu) {
 TEST_F(Oclgrind, IrradianceWithoutRefinements) {
     render(project_scene("furnace"), "cpu",
            {"--width", "4", "--height", "4", "--hemisphere", "4x4", "--spp", "1", "--gradients", "none", "--radius",
-            "harmonic", "--no-neighbour-clamp", "--no-gradient-limit", "--no-in-front", "--max-depth", "4"},
+            "harmonic", "--no-neighbour-clamp", "--no-gradient-limit", "--no-in-front", "--max-depth", "4",
+            "--grid-paths", "32"},
            kUnclamped, false);
 }
 

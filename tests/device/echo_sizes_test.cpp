@@ -109,6 +109,7 @@ const std::vector<Expected> kExpected = {
     SIZE(GridParameters),
     OFFSET(GridParameters, unit),
     OFFSET(GridParameters, slots),
+    OFFSET(GridParameters, edges),
     SIZE(GridSum),
     OFFSET(GridSum, samples),
     OFFSET(GridSum, b),

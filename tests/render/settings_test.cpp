@@ -79,7 +79,7 @@ TEST(Depth, CountsPathEdges) {
     const Scene scene = load(project_scene("cornell-box.xml"), {}, 32, 32);
     Device device({});
     std::vector<double> means;
-    for (const int depth : {1, 2, 3, -1}) {
+    for (const int depth : {1, 2, 3, 4, 7, -1}) {
         double by_method[2];
         for (const Method method : {Method::irradiance, Method::path}) {
             RenderSettings s = quick();
@@ -94,6 +94,8 @@ TEST(Depth, CountsPathEdges) {
     EXPECT_LT(means[0], means[1]);
     EXPECT_LT(means[1], means[2]);
     EXPECT_LT(means[2], means[3]);
+    EXPECT_LT(means[3], means[4]);
+    EXPECT_LT(means[4], means[5]);
 }
 
 TEST(Size, OddPicturesAreComplete) {

@@ -18,7 +18,12 @@ typedef struct GridParameters {
     float shortest;                      // look-ups are for rays longer than this many cells
     uint slots;                          // of the hash table; a power of two
     uint least;                          // estimates without which a cell does not answer
-} GridParameters;                        // 32 bytes
+    uint edges;  // that may follow the ray that asks, direct light among them; 0xffffffff: any number
+} GridParameters;  // 36 bytes
+
+// Where so many path edges or more may follow a look-up, it may be of a grid whose paths have another limit: what is
+// wrong then is light that more than 30 surfaces have reflected, of an albedo of .8 its 1e-3.
+#define IR_GRID_DEEP 32u
 
 // A cell while it is filled: open addressing by key, 0 = free.
 typedef struct GridSum {
@@ -34,7 +39,7 @@ typedef struct IR_ALIGNED_16 GridCell {
 } GridCell;         // 16 bytes
 
 #if !defined(__OPENCL_VERSION__) && !defined(__CUDACC__)
-static_assert(sizeof(GridParameters) == 32 && sizeof(GridSum) == 32 && sizeof(GridCell) == 16);
+static_assert(sizeof(GridParameters) == 36 && sizeof(GridSum) == 32 && sizeof(GridCell) == 16);
 }  // namespace irradia::shared
 #endif
 #endif
