@@ -46,6 +46,13 @@ IR_FN void sample_light_tile(const SceneData* s, const PathState* paths, uint co
         return;
     }
 #endif
+#if IR_LANES == 8u && (IR_FEATURES & IR_FEATURE_ENVMAP)
+    if (s->info->light_count == 1u && s->lights[0].kind == IR_LIGHT_ENVMAP) {
+        const Light map = s->lights[0];
+        sample_picture_tile(s, &map, paths, count, u, v, samples);
+        return;
+    }
+#endif
     for (uint i = 0; i < count; ++i) samples[i] = sample_light(s, paths[i].surface.p, paths[i].surface.ns, u[i], v[i]);
 }
 

@@ -78,6 +78,12 @@ IR_FN float picture_cell_density(const SceneData* s, const Light* map, const Tex
            IR_AS_FLOAT(of_rows[2u * rows + 1u + row]);
 }
 
+// Where u lies between the running sum before the i-th at `first` and that one: [0, 1).
+IR_FN float share_of_sum(const SceneData* s, uint first, uint i, float u) {
+    const float before = i > 0u ? IR_AS_FLOAT(s->texels[first + i - 1u]) : 0.0f;
+    return min(max((u - before) / (IR_AS_FLOAT(s->texels[first + i]) - before), 0.0f), 0.99999994f);
+}
+
 // The first of `count` running sums at `first` that exceeds u in [0, 1); u is rescaled to where it lies within.
 IR_FN uint search_sums(const SceneData* s, uint first, uint count, float* u) {
     uint lo = 0u, hi = count - 1u;
@@ -88,18 +94,21 @@ IR_FN uint search_sums(const SceneData* s, uint first, uint count, float* u) {
         else
             lo = mid + 1u;
     }
-    const float before = lo > 0u ? IR_AS_FLOAT(s->texels[first + lo - 1u]) : 0.0f;
-    *u = min(max((*u - before) / (IR_AS_FLOAT(s->texels[first + lo]) - before), 0.0f), 0.99999994f);
+    *u = share_of_sum(s, first, lo, *u);
     return lo;
 }
 
-// A direction of the picture by its flux: its density without the choice of the light, its radiance.
-IR_FN real3 sample_picture(const SceneData* s, const Light* map, float u0, float u1, float* density, real3* radiance) {
-    const Texture picture = s->textures[map->texture];
-    const uint rows = picture.height - 1u;
-    PicturePoint at;
-    at.row = search_sums(s, map->table, rows, &u0);
-    at.column = search_sums(s, map->table + 3u * rows + 1u + at.row * picture.width, picture.width, &u1);
+// The running sums of a row's cells, in the array of texels.
+IR_FN uint picture_cells(const Light* map, const Texture* picture, uint row) {
+    return map->table + 3u * (picture->height - 1u) + 1u + row * picture->width;
+}
+
+// A direction in the cell of `at`, whose y is 0 to 1 between its rows by solid angle: its density without the choice of the
+// light, its radiance.
+IR_FN real3 sample_picture_cell(const SceneData* s, const Light* map, const Texture* picture, PicturePoint at,
+                                float* density, real3* radiance) {
+    const uint rows = picture->height - 1u;
+    const float u0 = at.y;
     const float above = IR_AS_FLOAT(s->texels[map->table + rows + at.row]);  // 1 - |cos|
     const float below = IR_AS_FLOAT(s->texels[map->table + rows + at.row + 1u]);
     float cosine, sine2;
@@ -112,16 +121,26 @@ IR_FN real3 sample_picture(const SceneData* s, const Light* map, float u0, float
         sine2 = height * (2.0f - height);
     }
     const float sine = sqrt(max(sine2, 0.0f));
-    at.x = u1;
     at.y = clamp(turns_of(cosine, sine) * 2.0f * (float)rows - (float)at.row, 0.0f, 1.0f);
-    float turns = ((float)at.column + 0.5f + u1) / (float)picture.width, sine_phi, cosine_phi;
+    float turns = ((float)at.column + 0.5f + at.x) / (float)picture->width, sine_phi, cosine_phi;
     if (turns > 1.0f) turns -= 1.0f;
     sincos_turns(turns, &sine_phi, &cosine_phi);
-    *density = picture_cell_density(s, map, &picture, at.column, at.row);
-    *radiance = picture_radiance(s, &picture, at);
+    *density = picture_cell_density(s, map, picture, at.column, at.row);
+    *radiance = picture_radiance(s, picture, at);
     return make_real3(map->e1x, map->e1y, map->e1z) * (sine * sine_phi) +
            make_real3(map->e2x, map->e2y, map->e2z) * cosine -
            make_real3(map->nx, map->ny, map->nz) * (sine * cosine_phi);
+}
+
+// A direction of the picture by its flux, likewise.
+IR_FN real3 sample_picture(const SceneData* s, const Light* map, float u0, float u1, float* density, real3* radiance) {
+    const Texture picture = s->textures[map->texture];
+    PicturePoint at;
+    at.y = u0;
+    at.x = u1;
+    at.row = search_sums(s, map->table, picture.height - 1u, &at.y);
+    at.column = search_sums(s, picture_cells(map, &picture, at.row), picture.width, &at.x);
+    return sample_picture_cell(s, map, &picture, at, density, radiance);
 }
 #endif
 

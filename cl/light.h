@@ -218,15 +218,30 @@ IR_FN LightSample sample_area_light(const Light* l, real3 power, real3 p, float 
     return sample;
 }
 
-// A sample of the light arriving at p (unit normal n: used by the constant environment only).
-IR_CALL_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
+// No light; `direction` is any.
+IR_FN LightSample no_light(real3 direction) {
     LightSample sample;
     sample.valid = false;
     sample.density = 0.0f;
     sample.cosine = 1.0f;
     sample.distance = IR_INFINITY;
     sample.radiance = make_real3(0.0f, 0.0f, 0.0f);
-    sample.direction = n;
+    sample.direction = direction;
+    return sample;
+}
+
+#if IR_FEATURES & IR_FEATURE_ENVMAP
+// What a direction of the picture, whose density is *sample's, stands for among the samples of all lights.
+IR_FN void picture_sample_light(const Light* map, real3 radiance, LightSample* sample) {
+    sample->density *= map->probability;
+    sample->valid = sample->density > 0.0f;
+    if (sample->valid) sample->radiance = radiance * (1.0f / sample->density);
+}
+#endif
+
+// A sample of the light arriving at p (unit normal n: used by the constant environment only).
+IR_CALL_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
+    LightSample sample = no_light(n);
     if (s->info->light_count == 0u) return sample;
     const Light light = s->lights[choose_light(s, &u0)];
     const real3 power = make_real3(light.r, light.g, light.b);
@@ -245,9 +260,7 @@ IR_CALL_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float 
     if (light.kind == IR_LIGHT_ENVMAP) {
         real3 radiance;
         sample.direction = sample_picture(s, &light, u0, u1, &sample.density, &radiance);
-        sample.density *= light.probability;
-        sample.valid = sample.density > 0.0f;
-        if (sample.valid) sample.radiance = radiance * (1.0f / sample.density);
+        picture_sample_light(&light, radiance, &sample);
         return sample;
     }
 #endif

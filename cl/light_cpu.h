@@ -1,9 +1,10 @@
-// Samples of a rectangular light for eight receivers at once, on CPU devices: included by direct.h. The results are those of
-// sample_light() but for rounding (a test asks both). One by one they were two fifths of shading under a large lamp.
+// Samples of one light for several receivers at once, on CPU devices: included by direct.h. The results are those of
+// sample_light() but for rounding (tests ask both). One by one those of a rectangle were two fifths of shading under a large
+// lamp.
 #ifndef IR_LIGHT_CPU_H
 #define IR_LIGHT_CPU_H
 #include "arctangent.h"
-#include "light.h"
+#include "path.h"
 
 typedef struct RectangleLight {
     real3 corner, x, y, z;   // x, y: unit, along its edges; z = x cross y
@@ -124,4 +125,47 @@ IR_FN void sample_rectangle(const RectangleLight* r, const float* x, const float
         l[i].valid = out[7][i] > 0.0f;
     }
 }
+#if IR_FEATURES & IR_FEATURE_ENVMAP
+// Cells for `count` samples by random numbers u, v, as sample_picture() finds them. Large pictures lie in memory, and each
+// step of a search waits for it: all searches go on together, and the texels are sent for.
+IR_FN void find_picture_cells(const SceneData* s, const Light* map, const Texture* picture, uint count, const float* u,
+                              const float* v, PicturePoint* at) {
+    uint first[IR_TILE], end[IR_TILE];
+    for (uint i = 0; i < count; ++i) {
+        at[i].y = u[i];
+        at[i].x = v[i];
+        at[i].row = search_sums(s, map->table, picture->height - 1u, &at[i].y);
+        first[i] = picture_cells(map, picture, at[i].row);
+        at[i].column = 0u;
+        end[i] = picture->width - 1u;
+    }
+    for (uint left = picture->width - 1u; left > 0u; left >>= 1)  // at least half of what is left of each goes
+        for (uint i = 0; i < count; ++i) {
+            if (at[i].column >= end[i]) continue;
+            const uint middle = (at[i].column + end[i]) >> 1;
+            const bool before = IR_AS_FLOAT(s->texels[first[i] + middle]) > at[i].x;
+            at[i].column = before ? at[i].column : middle + 1u;
+            end[i] = before ? middle : end[i];
+        }
+    for (uint i = 0; i < count; ++i) {
+        at[i].x = share_of_sum(s, first[i], at[i].column, at[i].x);
+        for (uint k = 0; k < 2u; ++k)
+            IR_PREFETCH(s->texels + picture->offset + 3u * ((at[i].row + k) * picture->width + at[i].column));
+    }
+}
+
+// As sample_light() samples a picture, which is the one light, for the surfaces of paths[i].
+IR_FN void sample_picture_tile(const SceneData* s, const Light* map, const PathState* paths, uint count, const float* u,
+                               const float* v, LightSample* samples) {
+    const Texture picture = s->textures[map->texture];
+    PicturePoint at[IR_TILE];
+    find_picture_cells(s, map, &picture, count, u, v, at);
+    for (uint i = 0; i < count; ++i) {
+        real3 radiance;
+        samples[i] = no_light(paths[i].surface.ns);
+        samples[i].direction = sample_picture_cell(s, map, &picture, at[i], &samples[i].density, &radiance);
+        picture_sample_light(map, radiance, &samples[i]);
+    }
+}
+#endif
 #endif

@@ -141,6 +141,38 @@ TEST_F(EnvironmentLight, SamplesHaveTheirDensity) {
     }
 }
 
+// CPU devices search the picture for a tile of samples in step. Pictures of any size, with black rows and columns;
+// random numbers at both ends of their range, and a last tile that is not full. The same but for rounding.
+TEST_F(EnvironmentLight, SamplesInATileAreThoseOfEachAlone) {
+    for (const auto& [width, height] : {std::pair{16, 9}, {7, 5}, {2, 2}, {33, 130}}) {
+        std::mt19937 random(5);
+        std::uniform_real_distribution<float> uniform(0.02f, 1.0f);
+        std::vector<float> rgb;
+        for (int i = 0; i < width * height; ++i) {
+            const bool black = width > 2 && (i / width % 4 == 1 || i % width % 3 == 1);
+            for (int c = 0; c < 3; ++c) rgb.push_back(black ? 0.0f : uniform(random));
+        }
+        picture("tiles.exr", width, height, rgb);
+        const Scene scene = load(R"(<emitter type="envmap"><string name="filename" value="tiles.exr"/></emitter>)");
+        std::vector<LightKernels::TileQuestion> questions;
+        for (const std::array<float, 2>& uv : random_pairs(4003, 12)) questions.push_back({{0.1, 0.2, 0.3}, kUp, uv});
+        for (const float u : {0.0f, 0.5f, 0.99999994f})
+            for (const float v : {0.0f, 0.5f, 0.99999994f}) questions.push_back({{0, 0, 0}, kUp, {u, v}});
+        const std::vector<std::array<Sample, 2>> found = LightKernels(scene).tile_samples(questions);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const auto& [together, alone] = found[i];
+            SCOPED_TRACE(::testing::Message() << width << " x " << height << ", sample " << i);
+            ASSERT_TRUE(together.valid && alone.valid);
+            EXPECT_LE(length(together.direction - alone.direction), 1e-6);
+            EXPECT_EQ(together.distance, alone.distance);
+            EXPECT_EQ(together.cosine, 1);
+            EXPECT_NEAR(together.density, alone.density, 1e-6 * alone.density);
+            for (std::size_t k = 0; k < 3; ++k)
+                EXPECT_NEAR(together.radiance[k], alone.radiance[k], 1e-5 * (alone.radiance[k] + 1e-3));
+        }
+    }
+}
+
 // The flux of the sun's four cells is most of the sky's: samples have to find it as often as it shines. Irradiance
 // against the midpoint rule on 1600 x 800 directions.
 TEST_F(EnvironmentLight, IrradianceIsTheIntegral) {
