@@ -7,29 +7,53 @@
 
 namespace irradia {
 
-/// Eight bytes a step, mixed as xxHash's 64-bit variant mixes a lane. A step is a bijection of h for each word and of
-/// the word for each h, so any change within one word changes the result; others go unseen with probability 2^-64.
+namespace checksum_detail {
+constexpr std::uint64_t prime1 = 0x9e3779b185ebca87u, prime2 = 0xc2b2ae3d27d4eb4fu, prime3 = 0x165667b19e3779f9u;
+
+/// One step, mixed as xxHash's 64-bit variant mixes a lane: a bijection of h for each word and of the word for each h.
+inline std::uint64_t step(std::uint64_t h, std::uint64_t word) {
+    h ^= std::rotl(word * prime2, 31) * prime1;
+    return std::rotl(h, 27) * prime1 + prime3;
+}
+}  // namespace checksum_detail
+
+/// Eight bytes a step. Any change within one word changes the result; others go unseen with probability 2^-64.
 inline std::uint64_t checksum(const void* data, std::size_t bytes, std::uint64_t seed = 0) {
-    constexpr std::uint64_t kPrime1 = 0x9e3779b185ebca87u, kPrime2 = 0xc2b2ae3d27d4eb4fu, kPrime3 = 0x165667b19e3779f9u;
+    using namespace checksum_detail;
     const auto* at = static_cast<const unsigned char*>(data);
-    std::uint64_t h = seed + bytes * kPrime1 + kPrime3;
-    const auto step = [&](std::uint64_t word) {
-        h ^= std::rotl(word * kPrime2, 31) * kPrime1;
-        h = std::rotl(h, 27) * kPrime1 + kPrime3;
-    };
+    std::uint64_t h = seed + bytes * prime1 + prime3;
     for (; bytes >= 8; bytes -= 8, at += 8) {
         std::uint64_t word;
         std::memcpy(&word, at, 8);
-        step(word);
+        h = step(h, word);
     }
     if (bytes > 0) {
         std::uint64_t word = 0;
         std::memcpy(&word, at, bytes);
-        step(word);
+        h = step(h, word);
     }
-    h = (h ^ (h >> 33)) * kPrime2;
-    h = (h ^ (h >> 29)) * kPrime3;
+    h = (h ^ (h >> 33)) * prime2;
+    h = (h ^ (h >> 29)) * prime3;
     return h ^ (h >> 32);
+}
+
+/// Two checksums of the same at once, and at four times the speed of one: for large texts. Four lanes of words, then
+/// both of what the lanes have come to and of what is left over.
+struct Checksums {
+    std::uint64_t first = 0, second = 0;
+    bool operator==(const Checksums&) const = default;
+};
+
+inline Checksums checksums(const void* data, std::size_t bytes, Checksums seed = {}) {
+    const auto* at = static_cast<const unsigned char*>(data);
+    std::uint64_t lanes[5] = {1, 2, 3, 4, bytes};
+    for (; bytes >= 32; bytes -= 32, at += 32) {
+        std::uint64_t words[4];
+        std::memcpy(words, at, 32);
+        for (int i = 0; i < 4; ++i) lanes[i] = checksum_detail::step(lanes[i], words[i]);
+    }
+    const auto whole = [&](std::uint64_t s) { return checksum(at, bytes, checksum(lanes, sizeof lanes, s)); };
+    return {whole(seed.first), whole(seed.second ^ checksum_detail::prime2)};
 }
 
 }  // namespace irradia

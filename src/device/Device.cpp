@@ -144,11 +144,12 @@ struct Device::Impl {
     std::shared_ptr<Session> session;
     bool cpu_traversal = false;
     std::uint64_t largest_allocation = 0;
-    std::uint64_t memory_limit = 0, resident_before = 0;       // of a CPU device; the resident set before any buffer
-    std::map<std::string, std::string> sources;                // expanded, by file
-    std::map<std::string, cl_program> programs;                // by file and compiler options
-    std::vector<std::pair<std::string, cl_program>> compiled;  // here, from their source; by program_key
-    std::string compiler;                                      // executable, and how many of it at a time
+    std::uint64_t memory_limit = 0, resident_before = 0;  // of a CPU device; the resident set before any buffer
+    std::string source;                                   // last expanded
+    std::map<std::string, Checksums> sums;                // of sources, by file
+    std::map<std::string, cl_program> programs;           // by file and compiler options
+    std::vector<std::pair<device::ProgramKey, cl_program>> compiled;  // here, from their source
+    std::string compiler;                                             // executable, and how many of it at a time
     std::size_t compiler_count = 0;
     std::unique_ptr<device::Compilers> compilers;
 
@@ -169,29 +170,33 @@ struct Device::Impl {
         return text;
     }
 
-    const std::string& source(const std::string& file) {
-        std::string& text = sources[file];
-        if (text.empty()) text = device::expand_source(file);
-        return text;
+    const std::string& expand(const std::string& file) {
+        source = device::expand_source(file, std::move(source));
+        sums[file] = checksums(source.data(), source.size());
+        return source;
+    }
+
+    device::ProgramKey key(const std::string& file, const std::string& options) {
+        if (sums.count(file) == 0) expand(file);
+        return device::program_key(*session, sums[file], options);
     }
 
     cl_program build(const std::string& file, const std::string& options) {
-        const std::string& text = source(file);
         const auto start = std::chrono::steady_clock::now();
         const auto time = [&] { session->add_time("build", start); };
-        const std::string key = device::program_key(*session, text, options);
-        if (compilers) compilers->wait_for(key);
-        if (cl_program program = device::kept_program(*session, key, options)) {
+        const device::ProgramKey kept_by = key(file, options);
+        if (compilers) compilers->wait_for(kept_by);
+        if (cl_program program = device::kept_program(*session, kept_by, options)) {
             time();
             return program;
         }
-        const device::CompiledProgram made = device::compile_program(*session, text, options);
+        const device::CompiledProgram made = device::compile_program(*session, expand(file), options);
         if (made.program == nullptr)
             throw Error("OpenCL: compiling " + file + " (" + options + ") for '" + session->device.description.name +
                         "' failed: " + device::status_name(made.status) + (made.log.empty() ? "" : "\n" + made.log));
         time();
         if (!made.own_builtins) session->add_time("build with header", std::chrono::steady_clock::now());
-        compiled.emplace_back(key, made.program);
+        compiled.emplace_back(key(file, options), made.program);
         return made.program;
     }
 };
@@ -261,11 +266,11 @@ void Device::expect(const std::vector<KernelSource>& kernels) {
     if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
     std::vector<device::CompileJob> jobs;
     for (const KernelSource& k : kernels) {
-        device::CompileJob job{{}, impl_->options(k.defines), impl_->source(k.file)};
-        job.key = device::program_key(*impl_->session, job.source, job.options);
-        const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == job.key; });
-        if (!twice && impl_->programs.count(k.file + "\n" + job.options) == 0 && !device::has_program(job.key))
-            jobs.push_back(std::move(job));
+        const std::string options = impl_->options(k.defines);
+        const device::ProgramKey key = impl_->key(k.file, options);
+        const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == key; });
+        if (!twice && impl_->programs.count(k.file + "\n" + options) == 0 && !device::has_program(key))
+            jobs.push_back({key, options, impl_->expand(k.file)});
     }
     impl_->compilers.reset();
     if (jobs.size() < 2) return;  // one takes as long here

@@ -7,7 +7,6 @@
 
 #include <string>
 
-#include "core/checksum.h"
 #include "device/compile_program.h"
 #include "device/compilers_shared.h"
 #include "device/program_cache.h"
@@ -30,8 +29,8 @@ JobHeader* jobs_of_parent() {
 bool compile(const Session& session, JobHeader& header, const Job& job) {
     const std::string options(header.text(job), job.options_bytes);
     const std::string source(header.text(job) + job.options_bytes, job.source_bytes);
-    const std::string key = program_key(session, source, options);
-    if (checksum(key.data(), key.size()) != job.key) return false;
+    const ProgramKey key = program_key(session, checksums(source.data(), source.size()), options);
+    if (key.first != job.key) return false;
     if (!load_program(key).empty()) return true;  // another render's processes were quicker
     const CompiledProgram compiled = compile_program(session, source, options);
     if (compiled.program == nullptr) return false;

@@ -15,7 +15,6 @@
 #include <new>
 #include <string>
 
-#include "core/checksum.h"
 #include "device/compilers_shared.h"
 #include "irradia/Device.h"
 
@@ -52,7 +51,7 @@ Compilers::Compilers(const std::string& executable, int device_index, const std:
             job.options_bytes = static_cast<std::uint32_t>(jobs[i].options.size());
             job.source_bytes = jobs[i].source.size();
             job.first = first;
-            job.key = checksum(jobs[i].key.data(), jobs[i].key.size());
+            job.key = jobs[i].key.first;
             std::memcpy(header_->text(job), jobs[i].options.data(), jobs[i].options.size());
             std::memcpy(header_->text(job) + jobs[i].options.size(), jobs[i].source.data(), jobs[i].source.size());
             first += jobs[i].options.size() + jobs[i].source.size();
@@ -114,7 +113,7 @@ bool Compilers::listen(bool wait) {
     return false;
 }
 
-void Compilers::wait_for(const std::string& key) {
+void Compilers::wait_for(const ProgramKey& key) {
     const auto at = std::find(keys_.begin(), keys_.end(), key);
     if (at == keys_.end()) return;
     const Job& job = header_->jobs()[at - keys_.begin()];

@@ -7,13 +7,16 @@
 #include <string>
 #include <vector>
 
+#include "device/program_cache.h"
+
 namespace irradia::device {
 
 struct JobHeader;  // compilers_shared.h
 
 /// A program to compile.
 struct CompileJob {
-    std::string key, options, source;  ///< key: program_key()
+    ProgramKey key;
+    std::string options, source;
 };
 
 /// Compiles programs in other processes while it lives.
@@ -28,7 +31,7 @@ public:
     Compilers& operator=(const Compilers&) = delete;
 
     /// Returns once the program is in the cache, has failed, or will not be compiled.
-    void wait_for(const std::string& key);
+    void wait_for(const ProgramKey& key);
     /// No process is at work.
     [[nodiscard]] bool finished();
 
@@ -41,7 +44,7 @@ private:
     std::size_t bytes_ = 0;
     int news_ = -1;  // a byte for every job done; its end, once no process is left
     std::vector<pid_t> processes_;
-    std::vector<std::string> keys_;
+    std::vector<ProgramKey> keys_;
 };
 
 }  // namespace irradia::device

@@ -13,7 +13,7 @@ struct Job {
     std::atomic<std::uint32_t> state{kJobWaits};
     std::uint32_t options_bytes = 0;
     std::uint64_t first = 0, source_bytes = 0;
-    std::uint64_t key = 0;  ///< checksum of the program's key: a process that sees another device finds another one
+    std::uint64_t key = 0;  ///< of the program: a process that sees another device finds another one
 };
 
 /// At the beginning; the jobs follow, then their texts.

@@ -43,6 +43,7 @@ std::string_view first_word(std::string_view rest) { return rest.substr(0, rest.
 
 class Expander {
 public:
+    explicit Expander(std::string memory) : out_(std::move(memory)) { out_.clear(); }
     std::string run(const std::string& file, const std::string& text) {
         expand(file, text);
         return std::move(out_);
@@ -143,7 +144,7 @@ bool find_source(const std::string& name, std::string& text) {
     return false;
 }
 
-std::string expand_source(const std::string& file) {
+std::string expand_source(const std::string& file, std::string memory) {
     std::string text;
     if (!find_source(file, text)) {
         std::string known;
@@ -151,7 +152,7 @@ std::string expand_source(const std::string& file) {
             if (std::string_view(f->name).ends_with(".cl")) known += (known.empty() ? "" : ", ") + std::string(f->name);
         throw Error("no device code '" + file + "' (there are: " + known + ")");
     }
-    return Expander().run(file, text);
+    return Expander(std::move(memory)).run(file, text);
 }
 
 }  // namespace irradia::device

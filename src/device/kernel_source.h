@@ -23,7 +23,8 @@ bool find_source(const std::string& name, std::string& text);
 /// The text of `file` with every `#include "..."` replaced by what it names, #line directives keeping the compiler's
 /// messages at the right file and line. A header that is certain to have been seen is left out; one that was seen only
 /// under a condition (#if, #ifdef) comes again, so headers need include guards. A header that does not exist becomes
-/// an #error, which counts only where the preprocessor gets to it. Throws Error if `file` does not exist.
-std::string expand_source(const std::string& file);
+/// an #error, which counts only where the preprocessor gets to it. `memory`: a string whose memory it may take, since
+/// pages of new memory cost more than the text. Throws Error if `file` does not exist.
+std::string expand_source(const std::string& file, std::string memory = {});
 
 }  // namespace irradia::device

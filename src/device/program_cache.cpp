@@ -42,16 +42,13 @@ std::filesystem::path shipped_folder() {
     return failed ? std::filesystem::path{} : executable.parent_path().parent_path() / "share" / "irradia" / "kernels";
 }
 
-/// Files are named by one hash of the key and hold another, so that a clash of names is noticed.
-std::filesystem::path file_of(const std::filesystem::path& in, const std::string& key) {
+std::filesystem::path file_of(const std::filesystem::path& in, const ProgramKey& key) {
     static constexpr char digits[] = "0123456789abcdef";
-    std::uint64_t hash = checksum(key.data(), key.size());
+    std::uint64_t hash = key.first;
     std::string name(16, '0');
     for (std::size_t i = name.size(); i-- > 0; hash >>= 4) name[i] = digits[hash & 15];
     return in / (name + ".program");
 }
-
-std::uint64_t second_hash(const std::string& key) { return checksum(key.data(), key.size(), 0x6b65726e656cu); }
 
 std::string platform_version(cl_platform_id platform) {
     std::size_t bytes = 0;
@@ -61,13 +58,13 @@ std::string platform_version(cl_platform_id platform) {
     return text;
 }
 
-std::vector<unsigned char> load_from(const std::filesystem::path& in, const std::string& key) {
+std::vector<unsigned char> load_from(const std::filesystem::path& in, const ProgramKey& key) {
     if (in.empty()) return {};
     std::ifstream file(file_of(in, key), std::ios::binary);
     Header header;
     const Header expected;
     if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || header.magic != expected.magic ||
-        header.key != second_hash(key) || header.bytes > (std::uint64_t{1} << 30))
+        header.key != key.second || header.bytes > (std::uint64_t{1} << 30))
         return {};
     std::vector<unsigned char> binary(header.bytes);
     if (!file.read(reinterpret_cast<char*>(binary.data()), static_cast<std::streamsize>(binary.size())) ||
@@ -78,20 +75,20 @@ std::vector<unsigned char> load_from(const std::filesystem::path& in, const std:
 
 }  // namespace
 
-std::string program_key(const Session& session, const std::string& source, const std::string& options) {
+ProgramKey program_key(const Session& session, const Checksums& source, const std::string& options) {
     const DeviceDescription& d = session.device.description;
-    std::string key;
+    std::string rest;
     for (const std::string& part : {d.platform, platform_version(session.device.platform), d.name, d.driver, options})
-        key += part + '\n';
-    return key + source;
+        rest += part + '\n';
+    return checksums(rest.data(), rest.size(), source);
 }
 
-std::vector<unsigned char> load_program(const std::string& key) {
+std::vector<unsigned char> load_program(const ProgramKey& key) {
     std::vector<unsigned char> binary = load_from(folder(), key);
     return binary.empty() ? load_from(shipped_folder(), key) : binary;
 }
 
-cl_program kept_program(const Session& session, const std::string& key, const std::string& options) {
+cl_program kept_program(const Session& session, const ProgramKey& key, const std::string& options) {
     std::vector<unsigned char> binary = load_program(key);
     if (binary.empty()) return nullptr;
     // PoCL puts kernels back into files of its own; those of the program as it is may be there already.
@@ -117,14 +114,14 @@ bool keeps_programs() {
     return !in.empty() && ::access(in.c_str(), W_OK) == 0;
 }
 
-bool has_program(const std::string& key) {
+bool has_program(const ProgramKey& key) {
     std::error_code failed;
     for (const std::filesystem::path& in : {folder(), shipped_folder()})
         if (!in.empty() && std::filesystem::exists(file_of(in, key), failed)) return true;
     return false;
 }
 
-bool store_program(const std::string& key, cl_program program) {
+bool store_program(const ProgramKey& key, cl_program program) {
     const std::filesystem::path in = folder();
     if (in.empty()) return false;
     std::error_code failed;
@@ -140,7 +137,7 @@ bool store_program(const std::string& key, cl_program program) {
     Header header;
     header.bytes = size;
     header.sum = checksum(binary.data(), size);
-    header.key = second_hash(key);
+    header.key = key.second;
     try {
         AsideFile file(file_of(in, key).string());
         file.write(&header, sizeof header);
