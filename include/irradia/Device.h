@@ -42,6 +42,7 @@ int compile_for_parent();
 struct KernelSource {
     std::string file;
     std::map<std::string, std::string> defines;
+    int registers = 0;  ///< as of Device::kernel()
 };
 
 class Device;
@@ -114,8 +115,8 @@ public:
     Kernel kernel(const std::string& file, const std::string& name, const std::map<std::string, std::string>& defines,
                   int registers = 0);
 
-    /// Kernels that kernel() is going to be asked for, the first one first. On a CPU device those that no earlier run
-    /// has left are compiled from now on, beside this process, by as many others as the device has threads.
+    /// Kernels that kernel() is going to be asked for, the first one first. On CPU devices and NVIDIA's those that no
+    /// earlier run has left are compiled from now on, beside this process, by as many others as the host has threads for.
     void expect(const std::vector<KernelSource>& kernels);
 
     Buffer allocate(std::size_t bytes);                  ///< uninitialised

@@ -162,11 +162,14 @@ struct Device::Impl {
         if (session->shared_launch) check(session->shared_launch->place(memory), "placing a buffer on the device");
     }
 
-    [[nodiscard]] std::string options(const std::map<std::string, std::string>& defines) const {
+    [[nodiscard]] bool is_nvidia() const { return session->device.description.platform == "NVIDIA CUDA"; }
+
+    [[nodiscard]] std::string options(const std::map<std::string, std::string>& defines, int registers) const {
         std::string text = "-cl-std=CL1.2";
         if (cpu_traversal) text += " -D IR_CPU=1";
         if (session->shared_launch) text += " -D IR_SHARED_OUT=1";
         for (const auto& [symbol, value] : defines) text += " -D " + symbol + (value.empty() ? "" : "=" + value);
+        if (registers > 0 && is_nvidia()) text += " -cl-nv-maxrregcount=" + std::to_string(registers);
         return text;
     }
 
@@ -216,7 +219,8 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
     if (impl_->session->device.description.is_cpu) impl_->memory_limit = options.memory_limit;
     const DeviceDescription& found = impl_->session->device.description;
     // Where nothing is kept nothing could be handed over; and what others take is not counted in a limit.
-    if (!options.compiler.empty() && found.is_cpu && options.memory_limit == 0 && device::keeps_programs()) {
+    if (!options.compiler.empty() && (found.is_cpu || impl_->is_nvidia()) && options.memory_limit == 0 &&
+        device::keeps_programs()) {
         impl_->compiler = options.compiler;
         impl_->compiler_count = device::usable_processors();
         if (options.threads > 0)
@@ -237,10 +241,7 @@ std::size_t Device::pixel_group() const noexcept { return impl_->cpu_traversal ?
 
 Kernel Device::kernel(const std::string& file, const std::string& name,
                       const std::map<std::string, std::string>& defines, int registers) {
-    std::string options = impl_->options(defines);
-    if (registers > 0 && impl_->session->device.description.platform == "NVIDIA CUDA")
-        options += " -cl-nv-maxrregcount=" + std::to_string(registers);
-
+    const std::string options = impl_->options(defines, registers);
     cl_program& program = impl_->programs[file + "\n" + options];
     if (program == nullptr) program = impl_->build(file, options);
     cl_int status = CL_SUCCESS;
@@ -266,7 +267,7 @@ void Device::expect(const std::vector<KernelSource>& kernels) {
     if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
     std::vector<device::CompileJob> jobs;
     for (const KernelSource& k : kernels) {
-        const std::string options = impl_->options(k.defines);
+        const std::string options = impl_->options(k.defines, k.registers);
         const device::ProgramKey key = impl_->key(k.file, options);
         const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == key; });
         if (!twice && impl_->programs.count(k.file + "\n" + options) == 0 && !device::has_program(key))

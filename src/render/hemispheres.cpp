@@ -20,7 +20,7 @@ constexpr std::size_t largest_cells = std::size_t{64} << 20;  // bytes of one he
 constexpr std::size_t cells_memory = std::size_t{256} << 20;  // bytes of those that run at once, in global memory
 // Four and three groups at once on NVIDIA's multiprocessors of 65536 registers. Measured on an H100, of 64, 80, 96,
 // 128: without the grid 1.58, 1.45, 1.16, 1.15 G rays/s in a room of 60 k triangles, with it .88, .88, .70, .75.
-constexpr int registers_without_grid = 64, registers_with_grid = 80;
+constexpr int registers(bool grid) { return grid ? 80 : 64; }
 constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;  // cl/sample_hemispheres.cl, cl/make_record.h
 }  // namespace
 
@@ -77,7 +77,9 @@ HemisphereSampler::HemisphereSampler(Run& run, Hemispheres purpose) : run_(run) 
 KernelSource HemisphereSampler::kernel_to_come(const IrradianceGrid& grid) const {
     std::map<std::string, std::string> defines = grid.defines_to_come();
     defines.insert(defines_.begin(), defines_.end());
-    return run_.scene_source("sample_hemispheres.cl", std::move(defines));
+    KernelSource source = run_.scene_source("sample_hemispheres.cl", std::move(defines));
+    source.registers = registers(grid.wanted());
+    return source;
 }
 
 void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::size_t count, const IrradianceGrid& grid,
@@ -87,8 +89,8 @@ void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::s
     defines.insert(defines_.begin(), defines_.end());
     const std::size_t batch = global_cells_ ? cells_.bytes() / cell_bytes_ : std::max<std::size_t>(count, 1);
     for (std::size_t first = 0; first < count; first += batch) {
-        Kernel kernel = run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines,
-                                          grid.used() ? registers_with_grid : registers_without_grid);
+        Kernel kernel =
+            run_.scene_kernel("sample_hemispheres.cl", "sample_hemispheres", defines, registers(grid.used()));
         kernel.arg(points).arg(stack).arg(ring_weights_).arg(keys).arg(values).arg(run_.ray_counters());
         grid.bind(kernel).arg(parameters_).arg(cells_);
         if (kept != nullptr) kernel.arg(*kept->samples).arg(kept->stride).arg(kept->first);

@@ -20,6 +20,8 @@ public:
     /// but direct light is wanted behind a hemisphere's rays.
     void fill();
 
+    /// Will fill() do anything?
+    [[nodiscard]] bool wanted() const;
     /// Are kernels those that ask it?
     [[nodiscard]] bool used() const noexcept { return on_; }
     /// Definitions of kernels that take IR_GRID's arguments: at present, and once fill() is announced.
@@ -33,7 +35,6 @@ public:
 private:
     // False if a table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
-    [[nodiscard]] bool wanted() const;
     [[nodiscard]] std::map<std::string, std::string> defines(bool on) const;
     void make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells);
 
