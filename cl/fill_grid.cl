@@ -1,8 +1,8 @@
 // Filling the irradiance grid. trace_grid_paths: one work-item traces one path from the camera and leaves, at each of
 // its vertices, the irradiance by indirect light that the rest of the path estimates there, or as many of the next vertices
-// as paths may have behind a look-up. merge_grid_level adds every
-// cell of a level to the one around it; grid_means makes of the sums what look-ups read. The table is mostly empty: slots
-// that are taken are listed, and what comes later goes through the list.
+// as paths may have behind a look-up. merge_grid_level adds every cell of a level to the one around it; grid_means makes of
+// the sums what look-ups read. The table is mostly empty: slots that are taken are listed, and what comes later goes
+// through the list.
 #define IR_GRID_FILL
 #include "camera.h"
 #include "film.h"
