@@ -164,6 +164,8 @@ std::vector<PointIrradiance> irradiance_at(const Scene& scene, Device& device, c
     std::vector<PointIrradiance> result;
     if (!asked.empty()) {
         if (indirect) cover(run, caching, asked);
+        // Light samples are the point's own, whatever the number of records before.
+        for (std::size_t i = 0; i < asked.size(); ++i) asked[i].pixel = order[i];
         result = answer(run, caching, asked, order, indirect);
     }
     if (records != nullptr) caching.store(*records);
