@@ -67,11 +67,16 @@ IR_FN real3 picture_radiance(const SceneData* s, const Texture* picture, Picture
     return above * (1.0f - at.y) + below * at.y;
 }
 
+// The running sums of a row's cells, in the array of texels.
+IR_FN uint picture_cells(const Light* map, const Texture* picture, uint row) {
+    return map->table + 3u * (picture->height - 1u) + 1u + row * picture->width;
+}
+
 // Density of a cell among all directions, without the choice of the light. sr⁻¹.
 IR_FN float picture_cell_density(const SceneData* s, const Light* map, const Texture* picture, uint column, uint row) {
     const uint rows = picture->height - 1u;
     const IR_GLOBAL uint* of_rows = s->texels + map->table;
-    const IR_GLOBAL uint* of_cells = of_rows + 3u * rows + 1u + row * picture->width;
+    const IR_GLOBAL uint* of_cells = s->texels + picture_cells(map, picture, row);
     const float row_before = row > 0u ? IR_AS_FLOAT(of_rows[row - 1u]) : 0.0f;
     const float cell_before = column > 0u ? IR_AS_FLOAT(of_cells[column - 1u]) : 0.0f;
     return (IR_AS_FLOAT(of_rows[row]) - row_before) * (IR_AS_FLOAT(of_cells[column]) - cell_before) *
@@ -96,11 +101,6 @@ IR_FN uint search_sums(const SceneData* s, uint first, uint count, float* u) {
     }
     *u = share_of_sum(s, first, lo, *u);
     return lo;
-}
-
-// The running sums of a row's cells, in the array of texels.
-IR_FN uint picture_cells(const Light* map, const Texture* picture, uint row) {
-    return map->table + 3u * (picture->height - 1u) + 1u + row * picture->width;
 }
 
 // A direction in the cell of `at`, whose y is 0 to 1 between its rows by solid angle: its density without the choice of the

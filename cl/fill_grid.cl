@@ -26,7 +26,6 @@ IR_ONCE_FN uint grid_path(const SceneData* s, IR_GLOBAL const GridSum* sums, con
     PathState path = path_from(f, 0.0f);
     for (uint k = 0; reflects(&path.surface); ++k) {
         if (k == IR_GRID_VERTICES) {
-            path = path_from(path.surface, 0.0f);
             for (uint bounce = 0; bounce < most; ++bounce) {
                 real3* tail = &tails[k + bounce <= most ? 0u : k + bounce - most];
                 if (!path_vertex(s, &path, bounce >= IR_ROULETTE_START, rng, rays, tail)) break;

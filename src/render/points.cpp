@@ -98,10 +98,9 @@ void cover(Run& run, CachingRenderer& caching, const std::vector<shared::Shading
     run.phase("records");
 }
 
-/// Of points[i], which is the order[i]-th that was asked for, to result[order[i]].
+/// A point's answer lies at its place, which is its `pixel`.
 std::vector<PointIrradiance> answer(Run& run, const CachingRenderer& caching,
-                                    const std::vector<shared::ShadingPoint>& points,
-                                    const std::vector<std::uint32_t>& order, bool indirect) {
+                                    const std::vector<shared::ShadingPoint>& points, bool indirect) {
     const std::size_t group = run.device.pixel_group();
     const Buffer buffer = run.device.upload(points);
     std::vector<float> answers(6 * points.size());
@@ -131,12 +130,13 @@ std::vector<PointIrradiance> answer(Run& run, const CachingRenderer& caching,
     run.phase("shade");
     std::vector<PointIrradiance> result(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
+        const std::uint32_t place = points[i].pixel;
         if (indirect && sums[i][3] < 0)
-            throw Error("point " + std::to_string(order[i]) +
+            throw Error("point " + std::to_string(place) +
                         ": the record made there does not cover it (an error in the program: please report it)");
         for (std::size_t k = 0; k < 3; ++k) {
-            result[order[i]].direct[k] = static_cast<float>(sums[i][k] / run.spp());
-            result[order[i]].indirect[k] = indirect ? static_cast<float>(sums[i][3 + k]) : 0.0f;
+            result[place].direct[k] = static_cast<float>(sums[i][k] / run.spp());
+            result[place].indirect[k] = indirect ? static_cast<float>(sums[i][3 + k]) : 0.0f;
         }
     }
     return result;
@@ -164,9 +164,9 @@ std::vector<PointIrradiance> irradiance_at(const Scene& scene, Device& device, c
     std::vector<PointIrradiance> result;
     if (!asked.empty()) {
         if (indirect) cover(run, caching, asked);
-        // Light samples are the point's own, whatever the number of records before.
+        // Now the point's place: its light samples are its own, whatever the number of records before.
         for (std::size_t i = 0; i < asked.size(); ++i) asked[i].pixel = order[i];
-        result = answer(run, caching, asked, order, indirect);
+        result = answer(run, caching, asked, indirect);
     }
     if (records != nullptr) caching.store(*records);
     run.statistics.records = caching.irradiance().size();
