@@ -145,13 +145,32 @@ IR_FN uint merge_into_parent(IR_GLOBAL GridSum* sums, const GridParameters* grid
     return fresh ? around : IR_GRID_NONE;
 }
 
+// CPU devices go through the list one by one, and wait for memory: so for what comes later in the list they send early. For
+// cells first, then for those around them.
+#define IR_GRID_AHEAD 16u
+IR_FN void grid_send_for(IR_GLOBAL const GridSum* sums, IR_GLOBAL const uint* list, uint at, uint end) {
+#ifdef IR_CPU
+    if (at + IR_GRID_AHEAD < end) IR_PREFETCH(&sums[list[at + IR_GRID_AHEAD]]);
+#endif
+}
+IR_FN void grid_send_for_parent(IR_GLOBAL const GridSum* sums, const GridParameters* grid, IR_GLOBAL const uint* list,
+                                uint at, uint end) {
+#ifdef IR_CPU
+    if (at + IR_GRID_AHEAD / 2u >= end) return;
+    IR_PREFETCH(&sums[grid_home(grid_parent(sums[list[at + IR_GRID_AHEAD / 2u]].key), grid->slots)]);
+#endif
+}
+
 // The cells of one level: taken[1 + first] and following, `count` of them. Those around them are listed behind.
 IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR_GLOBAL uint* taken,
                                 IR_GLOBAL uint* overflow, uint first, uint count) {
     IR_LOCAL_ARRAY(uint, fresh, IR_GRID_FRESH_WORDS);
     grid_fresh_begin(fresh);
     if (IR_GLOBAL_ID < count) {
-        const uint slot = merge_into_parent(sums, &grid, taken[1u + first + IR_GLOBAL_ID], overflow);
+        IR_GLOBAL const uint* list = taken + 1u + first;
+        grid_send_for(sums, list, IR_GLOBAL_ID, count);
+        grid_send_for_parent(sums, &grid, list, IR_GLOBAL_ID, count);
+        const uint slot = merge_into_parent(sums, &grid, list[IR_GLOBAL_ID], overflow);
         if (slot != IR_GRID_NONE) grid_fresh_add(fresh, slot, taken);
     }
     grid_fresh_end(fresh, taken);
@@ -161,6 +180,7 @@ IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR
 IR_KERNEL void count_grid_answers(IR_GLOBAL const GridSum* sums, GridParameters grid, IR_GLOBAL const uint* taken,
                                   IR_GLOBAL uint* answers, uint count) {
     if (IR_GLOBAL_ID >= count) return;
+    grid_send_for(sums, taken + 1u, IR_GLOBAL_ID, count);
     if (sums[taken[1u + IR_GLOBAL_ID]].samples >= grid.least) IR_ATOMIC_ADD(answers, 1u);
 }
 
@@ -169,6 +189,7 @@ IR_KERNEL void count_grid_answers(IR_GLOBAL const GridSum* sums, GridParameters 
 IR_KERNEL void grid_means(IR_GLOBAL const GridSum* sums, IR_GLOBAL GridCell* cells, GridParameters grid,
                           IR_GLOBAL const uint* taken, IR_GLOBAL uint* overflow, uint slots, uint count) {
     if (IR_GLOBAL_ID >= count) return;
+    grid_send_for(sums, taken + 1u, IR_GLOBAL_ID, count);
     const GridSum sum = sums[taken[1u + IR_GLOBAL_ID]];
     if (sum.samples < grid.least) return;
     bool fresh;
