@@ -146,7 +146,7 @@ struct Device::Impl {
     std::uint64_t largest_allocation = 0;
     std::uint64_t memory_limit = 0, resident_before = 0;  // of a CPU device; the resident set before any buffer
     std::string source;                                   // last expanded
-    std::map<std::string, Checksums> sums;                // of sources, by file
+    std::map<std::string, Checksums> sums;                // of sources that are not embedded, by file
     std::map<std::string, cl_program> programs;           // by file and compiler options
     std::vector<std::pair<device::ProgramKey, cl_program>> compiled;  // here, from their source
     std::string compiler;                                             // executable, and how many of it at a time
@@ -175,13 +175,18 @@ struct Device::Impl {
 
     const std::string& expand(const std::string& file) {
         source = device::expand_source(file, std::move(source));
-        sums[file] = checksums(source.data(), source.size());
+        if (device::embedded_sums(file) == nullptr) sums[file] = checksums(source.data(), source.size());
         return source;
     }
 
-    device::ProgramKey key(const std::string& file, const std::string& options) {
+    const Checksums& sums_of(const std::string& file) {
+        if (const Checksums* const known = device::embedded_sums(file)) return *known;
         if (sums.count(file) == 0) expand(file);
-        return device::program_key(*session, sums[file], options);
+        return sums[file];
+    }
+
+    device::ProgramKey key(const std::string& file, const std::string& options) {
+        return device::program_key(*session, sums_of(file), options);
     }
 
     cl_program build(const std::string& file, const std::string& options) {
@@ -271,7 +276,7 @@ void Device::expect(const std::vector<KernelSource>& kernels) {
         const device::ProgramKey key = impl_->key(k.file, options);
         const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == key; });
         if (!twice && impl_->programs.count(k.file + "\n" + options) == 0 && !device::has_program(key))
-            jobs.push_back({key, options, impl_->expand(k.file)});
+            jobs.push_back({key, impl_->sums_of(k.file), options, impl_->expand(k.file)});
     }
     impl_->compilers.reset();
     if (jobs.size() < 2) return;  // one takes as long here

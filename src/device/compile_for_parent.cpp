@@ -29,7 +29,7 @@ JobHeader* jobs_of_parent() {
 bool compile(const Session& session, JobHeader& header, const Job& job) {
     const std::string options(header.text(job), job.options_bytes);
     const std::string source(header.text(job) + job.options_bytes, job.source_bytes);
-    const ProgramKey key = program_key(session, checksums(source.data(), source.size()), options);
+    const ProgramKey key = program_key(session, job.sums, options);
     if (key.first != job.key) return false;
     if (!load_program(key).empty()) return true;  // another render's processes were quicker
     const CompiledProgram compiled = compile_program(session, source, options);

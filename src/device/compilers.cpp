@@ -51,6 +51,7 @@ Compilers::Compilers(const std::string& executable, int device_index, const std:
             job.options_bytes = static_cast<std::uint32_t>(jobs[i].options.size());
             job.source_bytes = jobs[i].source.size();
             job.first = first;
+            job.sums = jobs[i].sums;
             job.key = jobs[i].key.first;
             std::memcpy(header_->text(job), jobs[i].options.data(), jobs[i].options.size());
             std::memcpy(header_->text(job) + jobs[i].options.size(), jobs[i].source.data(), jobs[i].source.size());

@@ -16,6 +16,7 @@ struct JobHeader;  // compilers_shared.h
 /// A program to compile.
 struct CompileJob {
     ProgramKey key;
+    Checksums sums;  ///< by which its source is known
     std::string options, source;
 };
 

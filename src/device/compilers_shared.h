@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "core/checksum.h"
+
 namespace irradia::device {
 
 enum JobState : std::uint32_t { kJobWaits, kJobDone, kJobFailed };
@@ -13,12 +15,13 @@ struct Job {
     std::atomic<std::uint32_t> state{kJobWaits};
     std::uint32_t options_bytes = 0;
     std::uint64_t first = 0, source_bytes = 0;
+    Checksums sums;         ///< by which the source is known
     std::uint64_t key = 0;  ///< of the program: a process that sees another device finds another one
 };
 
 /// At the beginning; the jobs follow, then their texts.
 struct JobHeader {
-    std::array<char, 8> magic{'I', 'R', 'J', 'O', 'B', 'S', '0', '1'};
+    std::array<char, 8> magic{'I', 'R', 'J', 'O', 'B', 'S', '0', '2'};
     std::uint64_t bytes = 0;  ///< of all
     std::int32_t parent = 0, device = 0;
     std::uint32_t count = 0;

@@ -130,18 +130,30 @@ private:
 
 }  // namespace
 
+namespace {
+
+/// Of files that come before the embedded ones; empty: there are none.
+std::string source_folder() {
+    const char* folder = std::getenv("IRRADIA_CL_DIR");
+    return folder != nullptr ? folder : "";
+}
+
+const EmbeddedFile* find_embedded(const std::string& name) {
+    for (const EmbeddedFile* f = embedded_files(); f->name != nullptr; ++f)
+        if (name == f->name) return f;
+    return nullptr;
+}
+
+}  // namespace
+
 bool find_source(const std::string& name, std::string& text) {
     if (name.starts_with('/')) return read_text(name, text);
-    if (const char* folder = std::getenv("IRRADIA_CL_DIR"); folder != nullptr && *folder != '\0') {
-        const std::string base = folder;
-        if (read_text(base + "/" + name, text) || read_text(base + "/../include/" + name, text)) return true;
-    }
-    for (const EmbeddedFile* f = embedded_files(); f->name != nullptr; ++f) {
-        if (name != f->name) continue;
-        text.assign(reinterpret_cast<const char*>(f->text), f->bytes);
-        return true;
-    }
-    return false;
+    if (const std::string folder = source_folder(); !folder.empty())
+        if (read_text(folder + "/" + name, text) || read_text(folder + "/../include/" + name, text)) return true;
+    const EmbeddedFile* const f = find_embedded(name);
+    if (f == nullptr) return false;
+    text.assign(reinterpret_cast<const char*>(f->text), f->bytes);
+    return true;
 }
 
 std::string expand_source(const std::string& file, std::string memory) {
@@ -153,6 +165,11 @@ std::string expand_source(const std::string& file, std::string memory) {
         throw Error("no device code '" + file + "' (there are: " + known + ")");
     }
     return Expander(std::move(memory)).run(file, text);
+}
+
+const Checksums* embedded_sums(const std::string& file) {
+    const EmbeddedFile* const f = source_folder().empty() ? find_embedded(file) : nullptr;
+    return f != nullptr ? &f->sums : nullptr;
 }
 
 }  // namespace irradia::device

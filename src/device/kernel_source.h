@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <string>
 
+#include "core/checksum.h"
+
 namespace irradia::device {
 
 /// One file of device code carried by the executable. The table ends with name == nullptr.
@@ -10,6 +12,7 @@ struct EmbeddedFile {
     const char* name;  ///< as #include lines spell it: "trace.h", "irradia/shared/scene_types.h"
     const unsigned char* text;
     std::size_t bytes;
+    Checksums sums;  ///< of it and all files that it includes, directly or not
 };
 
 /// The table that cmake/EmbedKernels.cmake generates.
@@ -26,5 +29,9 @@ bool find_source(const std::string& name, std::string& text);
 /// an #error, which counts only where the preprocessor gets to it. `memory`: a string whose memory it may take, since
 /// pages of new memory cost more than the text. Throws Error if `file` does not exist.
 std::string expand_source(const std::string& file, std::string memory = {});
+
+/// Sums of `file` and all that it includes, which the build has taken: where nothing but embedded files can be part of
+/// what expand_source makes of it, that text is known by them before it is made. Null for any other file.
+const Checksums* embedded_sums(const std::string& file);
 
 }  // namespace irradia::device

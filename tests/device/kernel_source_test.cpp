@@ -107,6 +107,18 @@ TEST(KernelSource, FolderComesBeforeEmbeddedFiles) {
     EXPECT_NE(text.find("echo_sizes"), std::string::npos);
 }
 
+TEST(KernelSource, EmbeddedSumsAreOfEmbeddedFilesAlone) {
+    using irradia::device::embedded_sums;
+    const irradia::Checksums* const shade = embedded_sums("shade_pixels.cl");
+    ASSERT_NE(shade, nullptr);
+    ASSERT_NE(embedded_sums("echo_sizes.cl"), nullptr);
+    EXPECT_NE(*shade, *embedded_sums("echo_sizes.cl"));
+    EXPECT_EQ(embedded_sums("nothing.cl"), nullptr);
+    EXPECT_EQ(embedded_sums(IRRADIA_SOURCE_DIR "/cl/shade_pixels.cl"), nullptr);
+    const SourceFolder folder;  // a file of it may be part of any other
+    EXPECT_EQ(embedded_sums("shade_pixels.cl"), nullptr);
+}
+
 // See cl/portable.h: a function of its own that takes local memory may lose what it writes.
 TEST(KernelSource, FunctionsThatTakeLocalMemoryAreInlined) {
     std::size_t functions = 0;
