@@ -133,8 +133,8 @@ public:
     }
     Buffer share(const void* data, std::size_t bytes);
     /// Writes v to the start of `to`, which is made anew if it is too small.
-    template <class T>
-    void upload_to(Buffer& to, const std::vector<T>& v) {
+    template <class T, class Allocator>
+    void upload_to(Buffer& to, const std::vector<T, Allocator>& v) {
         const std::size_t bytes = v.size() * sizeof(T);
         if (to.bytes() < bytes) to = allocate(bytes + bytes / 2);
         write(to, v.data(), bytes);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "irradia/UntouchedVector.h"
+
 namespace irradia {
 
 /// A layer: `channels` interleaved floats a pixel, row-major, top row first. Radiance in W·m⁻²·sr⁻¹ (linear Rec. 709).
@@ -11,7 +13,7 @@ struct Layer {
     std::string name;  ///< "" for the picture itself; else "direct", "indirect", "albedo", "normal", "depth", "records",
                        ///< "counted"
     int channels = 3;
-    std::vector<float> data;
+    UntouchedVector<float> data;
 };
 
 /// A picture: layers of one size. layers[0] is the beauty picture (name "").

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "app/progress.h"
 #include "app/report_html.h"
@@ -19,7 +20,7 @@ std::uint8_t byte(float share) {
 }
 
 /// Values on a scale through a colour map; those that are not counted are dark grey.
-Picture mapped(const char* map, int width, int height, const std::vector<float>& values, const Scale& scale,
+Picture mapped(const char* map, int width, int height, std::span<const float> values, const Scale& scale,
                const std::vector<bool>& counted) {
     std::vector<float> shares(values.size());
     const double span = scale.high - scale.low;

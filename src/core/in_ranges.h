@@ -3,29 +3,29 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <memory>
-#include <utility>
-#include <vector>
+#include <span>
 
 #include "core/worker_pool.h"
+#include "irradia/UntouchedVector.h"
 
 namespace irradia {
 
 /// Elements of one range: of fewer no loop is worth a thread.
 inline constexpr std::size_t range_elements = std::size_t{1} << 13;
 
-inline std::size_t range_count(std::size_t count) { return (count + range_elements - 1) / range_elements; }
+inline std::size_t range_count(std::size_t count, std::size_t elements = range_elements) {
+    return (count + elements - 1) / elements;
+}
 
 /// Calls f(range, begin, end) for every range of [0, count), on up to `threads` threads; returns when all are done.
 /// Ranges are the same whatever the number of threads: sums that are taken by range do not depend on it. f must not
-/// throw.
+/// throw. `elements`: of a range, fewer where each takes long.
 template <class F>
-void in_ranges(int threads, std::size_t count, const F& f) {
-    const std::size_t ranges = range_count(count);
+void in_ranges(int threads, std::size_t count, const F& f, std::size_t elements = range_elements) {
+    const std::size_t ranges = range_count(count, elements);
     std::atomic<std::size_t> next = 0;
     const auto work = [&] {
-        for (std::size_t r = next++; r < ranges; r = next++)
-            f(r, r * range_elements, std::min(count, (r + 1) * range_elements));
+        for (std::size_t r = next++; r < ranges; r = next++) f(r, r * elements, std::min(count, (r + 1) * elements));
     };
     const std::size_t most = std::min<std::size_t>(ranges, static_cast<std::size_t>(std::max(threads, 1)));
     if (most > 1)
@@ -34,25 +34,15 @@ void in_ranges(int threads, std::size_t count, const F& f) {
         work();
 }
 
-/// Leaves elements that resize() adds as they are: the thread that first writes them gets their pages.
+/// The same elements, copied on several threads.
 template <class T>
-struct Untouched : std::allocator<T> {
-    template <class U>
-    struct rebind {
-        using other = Untouched<U>;
-    };
-    template <class U>
-    void construct(U* at) {
-        ::new (static_cast<void*>(at)) U;
-    }
-    template <class U, class... Arguments>
-    void construct(U* at, Arguments&&... arguments) {
-        ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
-    }
-};
-
-template <class T>
-using UntouchedVector = std::vector<T, Untouched<T>>;
+UntouchedVector<T> copied(int threads, std::span<const T> from) {
+    UntouchedVector<T> to(from.size());
+    in_ranges(threads, from.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        std::copy(from.data() + begin, from.data() + end, to.data() + begin);
+    });
+    return to;
+}
 
 /// A vector of `count` times `value`.
 template <class T>

@@ -68,7 +68,7 @@ Image read_pfm(const std::string& path) {
         throw Error(path + ": truncated: " + std::to_string(width) + " x " + std::to_string(height) +
                     " pixels were expected");
     const bool swap = (scale < 0) != (std::endian::native == std::endian::little);
-    Image image{width, height, {{"", 3, std::vector<float>(w * h * 3)}}, {}};
+    Image image{width, height, {{"", 3, UntouchedVector<float>(w * h * 3)}}, {}};
     std::vector<float> row(w * channels);
     for (std::uint64_t y = h; y-- > 0;) {
         if (!in.read(reinterpret_cast<char*>(row.data()), static_cast<std::streamsize>(row.size() * sizeof(float))))

@@ -28,8 +28,8 @@ ErrorPicture error_picture(const Image& picture, const Image& reference, const M
 
     ErrorPicture result;
     result.scale = scale;
-    result.image = {picture.width, picture.height, {{"", 3, std::vector<float>(c.pixels * 3)}}, {}};
-    std::vector<float>& out = result.image.layers[0].data;
+    result.image = {picture.width, picture.height, {{"", 3, UntouchedVector<float>(c.pixels * 3)}}, {}};
+    UntouchedVector<float>& out = result.image.layers[0].data;
     const std::string why =
         oiio::library().colour_map("inferno", picture.width, picture.height, error.data(), out.data());
     if (!why.empty()) throw Error(fmt::format("the error picture cannot be made: {}", why));

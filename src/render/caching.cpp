@@ -164,7 +164,7 @@ std::vector<std::uint32_t> CachingRenderer::Caching::refine(Film& film, float fa
     }
     round_ = 1;
     for (const auto& [samples, pixels] : by_samples) {
-        start_pass(pixels, 0, samples, true);
+        start_pass({pixels.begin(), pixels.end()}, 0, samples, true);
         shade_pass(film);
     }
     schedule_->allow(film, run_.spp(), run_.settings.pixel_error);

@@ -52,7 +52,7 @@ private:
     };
     /// Samples [begin, end) of pixels being added to the film, launch by launch.
     struct Sweep {
-        std::vector<std::uint32_t> pixels;
+        PixelList pixels;
         std::uint32_t begin = 0, end = 0;
         std::uint8_t known = 0;                        // the film has all but the samples' indirect light
         std::uint8_t halves = 0;                       // the film is to know how they differ
@@ -86,8 +86,7 @@ private:
     std::vector<std::uint32_t> shade(Film& film);
     void shade_pass(Film& film);
     void sweep(Film& film);
-    void start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end, bool known,
-                    bool halves = false);
+    void start_pass(PixelList pixels, std::uint32_t first, std::uint32_t end, bool known, bool halves = false);
     Launch& launch(const Film& film);
 
     Run& run_;
@@ -107,10 +106,10 @@ private:
 
     // The view being rendered.
     Stage stage_ = Stage::records;
-    std::uint32_t iteration_ = 0, settled_ = 0;     // done
-    std::vector<std::uint32_t> left_, left_lobes_;  // pixels of the present step of iterations that may want more
-    std::uint32_t round_ = 1;                       // of shading: the next one that makes records
-    Known before_;                                  // it
+    std::uint32_t iteration_ = 0, settled_ = 0;  // done
+    PixelList left_, left_lobes_;                // pixels of the present step of iterations that may want more
+    std::uint32_t round_ = 1;                    // of shading: the next one that makes records
+    Known before_;                               // it
     std::optional<SampleSchedule> schedule_;
     std::optional<Sweep> sweep_;
     Made made_, made_lobes_;  // in the present pass

@@ -4,62 +4,70 @@
 #include <numeric>
 
 namespace irradia {
+namespace {
+
+// Adds up what a launch gives back for `count` pixels, f(i) for each. CPU devices' launches are short, and the first
+// touch the film's pages: all threads are to have a part.
+template <class F>
+void for_each_pixel(int threads, std::size_t count, const F& f) {
+    const auto shares = static_cast<std::size_t>(4 * std::max(threads, 1));
+    in_ranges(
+        threads, count,
+        [&](std::size_t, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) f(i);
+        },
+        std::clamp<std::size_t>(count / shares, 1024, range_elements));
+}
+
+}  // namespace
 
 Film::Film(int width, int height, bool aovs, int threads)
     : width_(width), height_(height), threads_(threads), channels_(aovs ? 13 : 6) {
     const std::size_t n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    sum_ = filled(threads, n * channels_, 0.0);
-    count_ = filled(threads, n, std::uint64_t{0});
+    sum_.resize(n * channels_);
+    count_ = filled(threads, n, 0u);
 }
 
 void Film::clear() {
-    if (!used_) return;
-    sum_ = filled(threads_, sum_.size(), 0.0);
-    count_ = filled(threads_, count_.size(), std::uint64_t{0});
-    used_ = false;
+    in_ranges(threads_, pixels(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        std::fill(count_.data() + begin, count_.data() + end, 0u);
+    });
 }
 
+void Film::clear(std::uint32_t pixel) { count_[pixel] = 0; }
+
+// The first to add anything writes over what is left of the sums.
 void Film::add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples) {
     double* to = &sum_[pixel * channels_];
-    for (std::size_t c = 0; c < channels_; ++c) to[c] += static_cast<double>(sums[c]);
+    if (count_[pixel] == 0)
+        for (std::size_t c = 0; c < channels_; ++c) to[c] = static_cast<double>(sums[c]);
+    else
+        for (std::size_t c = 0; c < channels_; ++c) to[c] += static_cast<double>(sums[c]);
     count_[pixel] += samples;
 }
 
 void Film::add(std::span<const float> sums, std::size_t first, std::size_t count, std::uint32_t samples) {
-    used_ = true;
-    in_ranges(threads_, count, [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) add_pixel(&sums[i * channels_], first + i, samples);
+    for_each_pixel(threads_, count, [&](std::size_t i) { add_pixel(&sums[i * channels_], first + i, samples); });
+}
+
+void Film::add(std::span<const float> sums, std::span<const std::uint32_t> pixels, std::uint32_t samples) {
+    for_each_pixel(threads_, pixels.size(),
+                   [&](std::size_t i) { add_pixel(&sums[i * channels_], pixels[i], samples); });
+}
+
+void Film::add_indirect(std::span<const float> sums, std::span<const std::uint32_t> pixels) {
+    for_each_pixel(threads_, pixels.size(), [&](std::size_t i) {
+        for (std::size_t c = 3; c < 6; ++c)
+            sum_[pixels[i] * channels_ + c] += static_cast<double>(sums[i * channels_ + c]);
     });
 }
 
-void Film::add(std::span<const float> sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples) {
-    used_ = true;
-    in_ranges(threads_, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) add_pixel(&sums[i * channels_], pixels[i], samples);
-    });
-}
-
-void Film::add_indirect(std::span<const float> sums, const std::vector<std::uint32_t>& pixels) {
-    in_ranges(threads_, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::size_t c = 3; c < 6; ++c)
-                sum_[pixels[i] * channels_ + c] += static_cast<double>(sums[i * channels_ + c]);
-    });
-}
-
-void Film::set_halves(std::span<const float> differences, const std::vector<std::uint32_t>& pixels) {
+void Film::set_halves(std::span<const float> differences, std::span<const std::uint32_t> pixels) {
     if (halves_.empty()) halves_ = filled(threads_, count_.size(), 0.0f);
-    in_ranges(threads_, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) halves_[pixels[i]] = differences[i];
-    });
+    for_each_pixel(threads_, pixels.size(), [&](std::size_t i) { halves_[pixels[i]] = differences[i]; });
 }
 
 void Film::clear_indirect(std::uint32_t pixel) { std::fill_n(&sum_[pixel * channels_ + 3], 3, 0.0); }
-
-void Film::clear(std::uint32_t pixel) {
-    std::fill_n(&sum_[pixel * channels_], channels_, 0.0);
-    count_[pixel] = 0;
-}
 
 double Film::luminance(std::size_t pixel) const {
     if (count_[pixel] == 0) return 0;
@@ -68,7 +76,20 @@ double Film::luminance(std::size_t pixel) const {
     return (0.2126 * channel(0) + 0.7152 * channel(1) + 0.0722 * channel(2)) / static_cast<double>(count_[pixel]);
 }
 
-std::uint64_t Film::samples() const { return std::accumulate(count_.begin(), count_.end(), std::uint64_t{0}); }
+std::uint64_t Film::samples() const {
+    std::vector<std::uint64_t> sums(range_count(pixels()));
+    in_ranges(threads_, pixels(), [&](std::size_t range, std::size_t begin, std::size_t end) {
+        sums[range] = std::accumulate(count_.data() + begin, count_.data() + end, std::uint64_t{0});
+    });
+    return std::accumulate(sums.begin(), sums.end(), std::uint64_t{0});
+}
+
+void Film::state(Checkpoint& checkpoint) {
+    if (!checkpoint.reading())  // nothing of what the memory held before gets into a file
+        for (std::size_t i = 0; i < pixels(); ++i)
+            if (count_[i] == 0) std::fill_n(&sum_[i * channels_], channels_, 0.0);
+    checkpoint(sum_)(count_)(halves_);
+}
 
 Image Film::image(const RenderSettings& settings) const {
     Image image;

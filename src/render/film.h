@@ -11,6 +11,9 @@
 
 namespace irradia {
 
+/// Pixels of a picture, by number: row by row.
+using PixelList = UntouchedVector<std::uint32_t>;
+
 class Film {
 public:
     /// `threads`: of the host, for what is done to all pixels.
@@ -25,16 +28,16 @@ public:
     /// Adds a kernel's sums over `samples` samples: slot i of `sums` belongs to pixel first + i ...
     void add(std::span<const float> sums, std::size_t first, std::size_t count, std::uint32_t samples);
     /// ... or to pixel pixels[i].
-    void add(std::span<const float> sums, const std::vector<std::uint32_t>& pixels, std::uint32_t samples);
+    void add(std::span<const float> sums, std::span<const std::uint32_t> pixels, std::uint32_t samples);
     /// Indirect light of samples whose other channels the film holds already, after clear_indirect().
-    void add_indirect(std::span<const float> sums, const std::vector<std::uint32_t>& pixels);
+    void add_indirect(std::span<const float> sums, std::span<const std::uint32_t> pixels);
     void clear_indirect(std::uint32_t pixel);
     /// Of pixel pixels[i], whose samples were added in one launch: the luminances that the first half of them sum up to
     /// less those of the second.
-    void set_halves(std::span<const float> differences, const std::vector<std::uint32_t>& pixels);
+    void set_halves(std::span<const float> differences, std::span<const std::uint32_t> pixels);
     [[nodiscard]] double halves(std::size_t pixel) const { return static_cast<double>(halves_[pixel]); }
     /// Samples that pixel i has gathered.
-    [[nodiscard]] std::uint64_t samples(std::uint32_t pixel) const { return count_[pixel]; }
+    [[nodiscard]] std::uint32_t samples(std::uint32_t pixel) const { return count_[pixel]; }
     /// Forgets what pixel i has gathered.
     void clear(std::uint32_t pixel);
 
@@ -50,20 +53,16 @@ public:
     /// The picture and the layers asked for ("records" is left empty: the cache knows where they lie).
     [[nodiscard]] Image image(const RenderSettings& settings) const;
     /// Of a film of the same size and channels.
-    void state(Checkpoint& checkpoint) {
-        used_ = true;
-        checkpoint(sum_)(count_)(halves_);
-    }
+    void state(Checkpoint& checkpoint);
 
 private:
     void add_pixel(const float* sums, std::size_t pixel, std::uint32_t samples);
 
     int width_, height_, threads_;
     std::size_t channels_;
-    bool used_ = false;  // has anything been added?
-    UntouchedVector<double> sum_;
-    UntouchedVector<std::uint64_t> count_;
-    UntouchedVector<float> halves_;  // of the picture, once any are known
+    UntouchedVector<double> sum_;           // of pixels that have gathered anything
+    UntouchedVector<std::uint32_t> count_;  // samples
+    UntouchedVector<float> halves_;         // of the picture, once any are known
 };
 
 }  // namespace irradia

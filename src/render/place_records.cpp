@@ -12,19 +12,30 @@
 namespace irradia {
 namespace {
 
-// Pixels of iterations [first, end) of all blocks, in ascending order.
-std::vector<std::uint32_t> pixels_of(std::uint32_t first, std::uint32_t end, std::uint32_t width,
-                                     std::uint32_t height) {
+// Pixels of iterations [first, end) of all blocks, in ascending order, to `pixels`.
+void take_pixels(std::uint32_t first, std::uint32_t end, std::uint32_t width, std::uint32_t height, int threads,
+                 PixelList& pixels) {
     std::array<std::vector<std::uint32_t>, block_edge> columns;  // of each row of a block
     for (std::uint32_t it = first; it < end; ++it) columns[block_pixel(it).y].push_back(block_pixel(it).x);
-    for (std::vector<std::uint32_t>& row : columns) std::sort(row.begin(), row.end());
-    std::vector<std::uint32_t> pixels;
-    pixels.reserve(block_count(width, height) * (end - first));
-    for (std::uint32_t y = 0; y < height; ++y)
-        for (std::uint32_t block = 0; block < width; block += block_edge)
-            for (const std::uint32_t x : columns[y % block_edge])
-                if (block + x < width) pixels.push_back(y * width + block + x);
-    return pixels;
+    std::array<std::size_t, block_edge> of_row{};  // of the picture
+    for (std::size_t row = 0; row < block_edge; ++row) {
+        std::sort(columns[row].begin(), columns[row].end());
+        const auto in_part = std::lower_bound(columns[row].begin(), columns[row].end(), width % block_edge);
+        of_row[row] = width / block_edge * columns[row].size() +
+                      static_cast<std::size_t>(std::distance(columns[row].begin(), in_part));
+    }
+    std::vector<std::size_t> at(height + 1);
+    for (std::uint32_t y = 0; y < height; ++y) at[y + 1] = at[y] + of_row[y % block_edge];
+    pixels.resize(at[height]);
+    in_ranges(threads, pixels.size(), [&](std::size_t, std::size_t begin, std::size_t stop) {  // rows that begin there
+        for (std::size_t y = std::lower_bound(at.begin(), at.end(), begin) - at.begin(); y < height && at[y] < stop;
+             ++y) {
+            std::size_t to = at[y];
+            for (std::uint32_t block = 0; block < width; block += block_edge)
+                for (const std::uint32_t x : columns[y % block_edge])
+                    if (block + x < width) pixels[to++] = static_cast<std::uint32_t>(y) * width + block + x;
+        }
+    });
 }
 
 // Tiles of `edge` x `edge` pixels that have had one of their pixels chosen.
@@ -44,10 +55,9 @@ private:
 
 // Of the points that want a record those that get one at once: one of each tile, since a record often covers others,
 // and at most `most`. All others that wanted one are left in `left`, if they were among it.
-RecordStack take(const PointList& points, std::uint32_t width, std::uint32_t tile, std::size_t most,
-                 std::vector<std::uint32_t>& left) {
+RecordStack take(const PointList& points, std::uint32_t width, std::uint32_t tile, std::size_t most, PixelList& left) {
     RecordStack stack;
-    std::vector<std::uint32_t> later;
+    PixelList later;
     Tiles tiles(width, tile);
     for (std::size_t i = 0; i < points.points().size(); ++i) {
         const std::uint32_t pixel = points.points()[i].pixel;
@@ -98,7 +108,7 @@ void CachingRenderer::Caching::place_records() {
         run_.rest();
         const std::uint32_t end = step_end(iteration_);
         if (left_.empty() && left_lobes_.empty()) {
-            left_ = pixels_of(iteration_, end, width, height);
+            take_pixels(iteration_, end, width, height, run_.device.host_threads(), left_);
             if (radiance_) left_lobes_ = left_;
         }
         if (!left_.empty() || !left_lobes_.empty()) place_round(points, lobe_points);  // small pictures lack iterations
@@ -110,8 +120,10 @@ void CachingRenderer::Caching::place_records() {
 
 // Looks at the pixels left, makes records at some of those that want one, and leaves the others.
 void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_points) {
-    std::vector<std::uint32_t> asked;
-    std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(asked));
+    PixelList both;
+    if (!left_lobes_.empty())
+        std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(both));
+    const PixelList& asked = left_lobes_.empty() ? left_ : both;
     run_.device.upload_to(asked_, asked);
     Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", miss_defines());
     cache_.bind(kernel, true);

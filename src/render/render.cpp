@@ -60,7 +60,7 @@ void check_settings(const Scene& scene, const RenderSettings& s) {
 namespace {
 
 Layer records_layer(const Film& film, const std::vector<std::uint32_t>& pixels) {
-    Layer layer{"records", 1, std::vector<float>(film.pixels(), 0.0f)};
+    Layer layer{"records", 1, UntouchedVector<float>(film.pixels(), 0.0f)};
     for (const std::uint32_t p : pixels) layer.data[p] += 1.0f;
     return layer;
 }
@@ -134,7 +134,7 @@ struct Renderer::Impl {
             result.image.layers.push_back(records_layer(film, record_pixels));
         if (std::find(settings.aovs.begin(), settings.aovs.end(), "counted") != settings.aovs.end()) {
             const std::vector<std::uint8_t> counted = pixels_without_lamps(run);
-            result.image.layers.push_back({"counted", 1, std::vector<float>(counted.begin(), counted.end())});
+            result.image.layers.push_back({"counted", 1, UntouchedVector<float>(counted.begin(), counted.end())});
         }
         run.statistics.mean_spp = static_cast<double>(film.samples()) / static_cast<double>(film.pixels());
         run.statistics.stages = run.device.stage_times();

@@ -1,6 +1,8 @@
 #include "render/sample_schedule.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace irradia {
@@ -16,78 +18,77 @@ SampleSchedule::SampleSchedule(int width, int height, std::uint32_t spp, double 
       halves_(halves && pixel_error > 0 && spp >= 2 * first_half),
       pixel_error_(pixel_error),
       pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-      before_(filled(threads, pixels_.size(), 0.0)),
       taken_(filled(threads, pixels_.size(), 0u)),
-      errors_(filled(threads, pixels_.size(), -1.0)) {
+      errors_(filled(threads, pixels_.size(), -1.0f)) {
     end_ = pixel_error > 0 ? std::min(spp, halves_ ? 2 * first_half : first_half) : spp;
-    std::iota(pixels_.begin(), pixels_.end(), 0u);
+    in_ranges(threads, pixels_.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        std::iota(pixels_.data() + begin, pixels_.data() + end, static_cast<std::uint32_t>(begin));
+    });
 }
 
 // Two means a and b, of n0 and n1 independent samples, estimate the squared error of their common mean by
 // (a - b)^2 n0 n1 / (n0 + n1)^2, on average without bias; of stratified samples it is too large, which is safe. One
 // such estimate has one degree of freedom only: it is averaged over those of the 3x3 pixels around that take as many
 // samples, which also lets an edge be found that a pixel's own samples have missed.
-void SampleSchedule::estimate_errors(const UntouchedVector<double>& now, std::uint32_t first) {
-    constexpr double none = -1;
+void SampleSchedule::estimate_errors(std::uint32_t first) {
+    constexpr float none = -1;
     if (map_.empty()) map_ = filled(threads_, taken_.size(), none);
-    const double n0 = first, n1 = end_ - first, n = end_;
+    const double n0 = first, n1 = end_ - first, n = end_, scale = std::sqrt(n0 * n1) / n;
     for_pixels([&](std::size_t k, std::uint32_t i) {
-        const double later = (now[k] * n - before_[k] * n0) / n1;
-        map_[i] = (later - before_[k]) * (later - before_[k]) * n0 * n1 / (n * n);
+        const double before = static_cast<double>(before_[k]);
+        const double later = (static_cast<double>(now_[k]) * n - before * n0) / n1;
+        map_[i] = static_cast<float>(std::abs(later - before) * scale);
     });
     for_pixels([&](std::size_t, std::uint32_t i) {
         const int x = static_cast<int>(i) % width_, y = static_cast<int>(i) / width_;
         double sum = 0, places = 0;
         for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v)
             for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width_ - 1); ++u) {
-                const double e =
-                    map_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)];
+                const auto e = static_cast<double>(
+                    map_[static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u)]);
                 if (e < 0) continue;
-                sum += e;
+                sum += e * e;
                 ++places;
             }
-        errors_[i] = sum / places;
+        errors_[i] = static_cast<float>(std::sqrt(sum / places));
     });
     for_pixels([&](std::size_t, std::uint32_t i) { map_[i] = none; });
 }
 
-namespace {
-
-// Sum of f(now[k]), taken by range.
-template <class F>
-double sum_of(int threads, const UntouchedVector<double>& now, const F& f) {
-    std::vector<double> sums(range_count(now.size()), 0.0);
-    in_ranges(threads, now.size(), [&](std::size_t range, std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t k = begin; k < end; ++k) sum += f(now[k]);
-        sums[range] = sum;
-    });
-    return std::accumulate(sums.begin(), sums.end(), 0.0);
+// The mean of now_, without what lamps in view add.
+double SampleSchedule::typical_luminance() const {
+    const auto count = static_cast<double>(now_.size());
+    double mean = std::numeric_limits<double>::infinity();
+    for (int round = 0; round < 4; ++round) {
+        std::vector<double> sums(range_count(now_.size()), 0.0);
+        in_ranges(threads_, now_.size(), [&](std::size_t range, std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t k = begin; k < end; ++k) sum += std::min(static_cast<double>(now_[k]), 4 * mean);
+            sums[range] = sum;
+        });
+        mean = std::accumulate(sums.begin(), sums.end(), 0.0) / count;
+    }
+    return mean;
 }
 
-}  // namespace
-
-// Mean luminances of pixels_.
-UntouchedVector<double> SampleSchedule::luminances(const Film& film) const {
-    UntouchedVector<double> now(pixels_.size());
-    for_pixels([&](std::size_t k, std::uint32_t i) { now[k] = film.luminance(i); });
-    return now;
+void SampleSchedule::find_luminances(const Film& film, UntouchedVector<float>& luminances) const {
+    luminances.resize(pixels_.size());
+    for_pixels([&](std::size_t k, std::uint32_t i) { luminances[k] = static_cast<float>(film.luminance(i)); });
 }
 
 void SampleSchedule::advance(const Film& film) {
-    const UntouchedVector<double> now = luminances(film);
-    if (first_ == 0) {  // the picture's mean, without what lamps in view add
-        const auto count = static_cast<double>(now.size());
-        double mean = sum_of(threads_, now, [](double l) { return l; }) / count;
-        for (int round = 0; round < 3; ++round)
-            mean = sum_of(threads_, now, [mean](double l) { return std::min(l, 4 * mean); }) / count;
-        mean_ = mean;
+    find_luminances(film, now_);
+    if (first_ == 0) {
+        mean_ = typical_luminance();
         if (halves_) {
-            for_pixels([&](std::size_t k, std::uint32_t i) { before_[k] = now[k] + film.halves(i) / end_; });
-            estimate_errors(now, end_ / 2);
+            before_.resize(pixels_.size());
+            for_pixels([&](std::size_t k, std::uint32_t i) {
+                before_[k] = static_cast<float>(static_cast<double>(now_[k]) + film.halves(i) / end_);
+            });
+            estimate_errors(end_ / 2);
         }  // else one mean, nothing to compare it with
     } else {
-        estimate_errors(now, first_);
+        estimate_errors(first_);
     }
     for_pixels([&](std::size_t, std::uint32_t i) { taken_[i] = end_; });
     choose(film);
@@ -95,38 +96,47 @@ void SampleSchedule::advance(const Film& film) {
 
 bool SampleSchedule::wants_more(std::uint32_t pixel) const {
     const std::uint32_t most = counted_.empty() || counted_[pixel] != 0 ? spp_ : std::min(spp_, spared_spp_);
-    const double allowed = pixel_error_ * mean_ * pixel_error_ * mean_;
-    return taken_[pixel] < most && (errors_[pixel] < 0 || errors_[pixel] > allowed);
+    const auto error = static_cast<double>(errors_[pixel]);
+    return taken_[pixel] < most && (error < 0 || error > pixel_error_ * mean_);
 }
 
 // The next pass: of the pixels that want more samples those that have fewest.
 void SampleSchedule::choose(const Film& film) {
     constexpr std::uint32_t none = 0xffffffffu;
     struct Wanting {
-        std::uint32_t fewest = none;
-        std::vector<std::uint32_t> pixels;
+        std::uint32_t fewest = none, count = 0;  // of the range's pixels; so many have them
+        std::size_t first = 0;                   // of these, in pixels_
     };
     std::vector<Wanting> ranges(range_count(taken_.size()));
     in_ranges(threads_, taken_.size(), [&](std::size_t range, std::size_t begin, std::size_t end) {
         Wanting w;
         for (std::size_t i = begin; i < end; ++i) {
-            const auto pixel = static_cast<std::uint32_t>(i);
-            if (taken_[i] > w.fewest || !wants_more(pixel)) continue;
-            if (taken_[i] < w.fewest) w.pixels.clear();
-            w.fewest = taken_[i];
-            w.pixels.push_back(pixel);
+            if (taken_[i] > w.fewest || !wants_more(static_cast<std::uint32_t>(i))) continue;
+            if (taken_[i] < w.fewest) w = {taken_[i], 0, 0};
+            ++w.count;
         }
-        ranges[range] = std::move(w);
+        ranges[range] = w;
     });
     std::uint32_t fewest = none;
     for (const Wanting& w : ranges) fewest = std::min(fewest, w.fewest);
-    pixels_.clear();
-    for (const Wanting& w : ranges)
-        if (w.fewest == fewest) pixels_.insert(pixels_.end(), w.pixels.begin(), w.pixels.end());
+    std::size_t count = 0;
+    for (Wanting& w : ranges) {
+        w.first = count;
+        if (w.fewest == fewest) count += w.count;
+    }
+    pixels_.resize(fewest == none ? 0 : count);
+    in_ranges(threads_, pixels_.empty() ? 0 : taken_.size(),
+              [&](std::size_t range, std::size_t begin, std::size_t end) {
+                  if (ranges[range].fewest != fewest) return;
+                  std::size_t at = ranges[range].first;
+                  for (std::size_t i = begin; i < end; ++i)
+                      if (taken_[i] == fewest && wants_more(static_cast<std::uint32_t>(i)))
+                          pixels_[at++] = static_cast<std::uint32_t>(i);
+              });
     if (fewest == none) return;
     first_ = fewest;
     end_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::uint64_t{2} * fewest, spp_));
-    before_ = luminances(film);
+    find_luminances(film, before_);
 }
 
 void SampleSchedule::allow(const Film& film, std::uint32_t spp, double pixel_error) {
@@ -150,7 +160,8 @@ double SampleSchedule::squared_noise() const {
     for (std::size_t i = 0; i < errors_.size(); ++i) {
         if (!counted_.empty() && counted_[i] == 0) continue;
         count += 1;
-        sum += std::max(errors_[i], 0.0);
+        const double error = std::max(static_cast<double>(errors_[i]), 0.0);
+        sum += error * error;
     }
     return count > 0 && mean_ > 0 ? sum / count / (mean_ * mean_) : 0;
 }

@@ -17,7 +17,7 @@ public:
     SampleSchedule(int width, int height, std::uint32_t spp, double pixel_error, int threads = 1, bool halves = false);
 
     /// The present pass: samples [first, end) of `pixels`. No pixels: all is done.
-    [[nodiscard]] const std::vector<std::uint32_t>& pixels() const noexcept { return pixels_; }
+    [[nodiscard]] const PixelList& pixels() const noexcept { return pixels_; }
     [[nodiscard]] std::uint32_t first() const noexcept { return first_; }
     [[nodiscard]] std::uint32_t end() const noexcept { return end_; }
     /// Is the film to be given the halves of the present pass? (Film::set_halves)
@@ -46,9 +46,11 @@ private:
             for (std::size_t k = begin; k < end; ++k) f(k, pixels_[k]);
         });
     }
-    [[nodiscard]] UntouchedVector<double> luminances(const Film& film) const;
-    /// Sets errors_ of the present pass's pixels, from their luminances now and (before_) after `first` samples.
-    void estimate_errors(const UntouchedVector<double>& now, std::uint32_t first);
+    /// Sets luminances[k] of pixels_[k].
+    void find_luminances(const Film& film, UntouchedVector<float>& luminances) const;
+    /// Sets errors_ of the present pass's pixels, from their luminances now_ and (before_) after `first` samples.
+    void estimate_errors(std::uint32_t first);
+    [[nodiscard]] double typical_luminance() const;
     [[nodiscard]] bool wants_more(std::uint32_t pixel) const;
     void choose(const Film& film);
 
@@ -56,11 +58,11 @@ private:
     std::uint32_t spp_, first_ = 0, end_ = 0, spared_spp_ = 0;
     bool halves_;
     double pixel_error_, mean_ = 0;  // mean_: luminance of the picture, once known
-    std::vector<std::uint32_t> pixels_;
-    UntouchedVector<double> before_;        // luminance of each of pixels_ a pass ago, or after half of the first one
-    UntouchedVector<double> map_;           // of the picture: squared errors of pixels_, else negative
+    PixelList pixels_;
+    UntouchedVector<float> now_, before_;  // luminance of each of pixels_; a pass ago, or after half of the first one
+    UntouchedVector<float> map_;  // of the picture: a pixel's own estimate of its error, of pixels_, else negative
     UntouchedVector<std::uint32_t> taken_;  // samples of each pixel
-    UntouchedVector<double> errors_;        // squared error of each pixel's luminance; negative: not known yet
+    UntouchedVector<float> errors_;         // standard error of each pixel's luminance; negative: not known yet
     std::vector<std::uint8_t> counted_;     // empty: all
 };
 

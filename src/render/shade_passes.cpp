@@ -67,7 +67,8 @@ std::vector<std::uint32_t> CachingRenderer::Caching::shade(Film& film) {
     for (;; schedule_->advance(film)) {
         if (!sweep_) {
             if (schedule_->pixels().empty()) break;
-            start_pass(schedule_->pixels(), schedule_->first(), schedule_->end(), false, schedule_->halves());
+            start_pass(copied(run_.device.host_threads(), std::span(schedule_->pixels())), schedule_->first(),
+                       schedule_->end(), false, schedule_->halves());
         }
         shade_pass(film);
     }
@@ -94,8 +95,8 @@ std::vector<std::uint32_t> CachingRenderer::Caching::shade(Film& film) {
     return pixels;
 }
 
-void CachingRenderer::Caching::start_pass(std::vector<std::uint32_t> pixels, std::uint32_t first, std::uint32_t end,
-                                          bool known, bool halves) {
+void CachingRenderer::Caching::start_pass(PixelList pixels, std::uint32_t first, std::uint32_t end, bool known,
+                                          bool halves) {
     sweep_.emplace();
     sweep_->pixels = std::move(pixels);
     sweep_->begin = sweep_->sample = first;
@@ -118,7 +119,7 @@ void CachingRenderer::Caching::shade_pass(Film& film) {
             ++run_.statistics.iterations;
             ++round_;
         }
-        std::vector<std::uint32_t> pixels;
+        PixelList pixels;
         for (const Missed* const m : {&missed, &missed_lobes})
             for (const shared::ShadingPoint& q : *m) pixels.push_back(q.pixel);
         std::sort(pixels.begin(), pixels.end());
@@ -148,10 +149,10 @@ void CachingRenderer::Caching::sweep(Film& film) {
     for (; s.first < s.pixels.size(); s.first += chunk_) {
         const auto end = std::min<std::uint64_t>(s.pixels.size(), s.first + chunk_);
         const std::span<const std::uint32_t> pixels(s.pixels.data() + s.first, end - s.first);
-        const std::vector<std::uint32_t> part = run_.device.cpu_traversal()
-                                                    ? shared_order(pixels, run_.device.pixel_group())
-                                                    : std::vector<std::uint32_t>(pixels.begin(), pixels.end());
-        const Buffer list = run_.device.upload(part);
+        std::vector<std::uint32_t> order;
+        if (run_.device.cpu_traversal()) order = shared_order(pixels, run_.device.pixel_group());
+        const std::span<const std::uint32_t> part = order.empty() ? pixels : order;
+        const Buffer list = run_.device.upload(part.data(), part.size_bytes());
         while (s.sample < s.end) {
             run_.rest();
             const std::uint32_t samples = std::min(samples_a_launch, s.end - s.sample);
@@ -203,7 +204,7 @@ CachingRenderer::Caching::Launch& CachingRenderer::Caching::launch(const Film& f
     const std::size_t items = run_.device.cpu_traversal() ? chunk_ : std::max(chunk_, std::min(items_of_gpus, most));
     launch_.emplace(Launch{run_.device.allocate(items * (film.channels() + 1) * sizeof(float)),
                            PointList(run_.device, items), PointList(run_.device, radiance_ ? items : 0),
-                           UntouchedVector<float>(items * (film.channels() + 1))});
+                           filled(run_.device.host_threads(), items * (film.channels() + 1), 0.0f)});
     return *launch_;
 }
 

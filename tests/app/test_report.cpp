@@ -100,7 +100,8 @@ TEST(ReportRecords, ProjectionInvertsTheCameraRay) {
 }
 
 TEST(ReportRecords, ThoseBehindSurfacesAndOutsideAreNotShown) {
-    Image image{20, 10, {{"", 3, std::vector<float>(600, 0.5f)}, {"depth", 1, std::vector<float>(200, 2.0f)}}, {}};
+    Image image{
+        20, 10, {{"", 3, UntouchedVector<float>(600, 0.5f)}, {"depth", 1, UntouchedVector<float>(200, 2.0f)}}, {}};
     shared::SceneInfo info{};
     info.camera = some_camera();
     Records records;

@@ -57,10 +57,12 @@ TEST(Pfm, OneChannelAndOtherByteOrder) {
     for (const bool big : {false, true}) {
         write_file(folder.file("a.pfm"), std::string("Pf 2 1 ") + (big ? "1" : "-1") + "\n" + float_bytes(0.5f, big) +
                                              float_bytes(3.0f, big));
-        EXPECT_EQ(read_pfm(folder.file("a.pfm")).layers[0].data, (std::vector<float>{0.5f, 0.5f, 0.5f, 3, 3, 3}));
+        EXPECT_EQ(read_pfm(folder.file("a.pfm")).layers[0].data,
+                  (irradia::UntouchedVector<float>{0.5f, 0.5f, 0.5f, 3, 3, 3}));
     }
     write_pfm(folder.file("b.pfm"), picture(2, 1, 1));
-    EXPECT_EQ(read_pfm(folder.file("b.pfm")).layers[0].data, (std::vector<float>{-1, -1, -1, -0.75f, -0.75f, -0.75f}));
+    EXPECT_EQ(read_pfm(folder.file("b.pfm")).layers[0].data,
+              (irradia::UntouchedVector<float>{-1, -1, -1, -0.75f, -0.75f, -0.75f}));
 }
 
 TEST(Pfm, NonFiniteIsNotWritten) {

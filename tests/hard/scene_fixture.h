@@ -43,7 +43,7 @@ struct Difference {
 };
 /// `scale`: what `b` is multiplied by first.
 inline Difference difference(const Image& a, const Image& b, double scale = 1) {
-    const std::vector<float>&x = a.layers.at(0).data, &y = b.layers.at(0).data;
+    const auto &x = a.layers.at(0).data, &y = b.layers.at(0).data;
     Difference d;
     if (x.size() != y.size()) throw std::logic_error("pictures of different sizes");
     double sum = 0, square = 0, mean = 0;

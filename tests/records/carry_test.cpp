@@ -37,7 +37,7 @@ struct Difference {
     double largest = 0, rms = 0;
 };
 Difference difference(const RenderResult& a, const RenderResult& b) {
-    const std::vector<float>&x = a.image.layers[1].data, &y = b.image.layers[1].data;
+    const auto &x = a.image.layers[1].data, &y = b.image.layers[1].data;
     double square = 0, mean = 0, largest = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
         const double d = std::abs(static_cast<double>(x[i]) - static_cast<double>(y[i]));

@@ -198,7 +198,7 @@ TEST(ErrorProbes, LampsAndWhatTheFilterMixesWithThemDoNotCount) {
         irradia::Run run(scene, device, settings, no_progress);
         const std::vector<std::uint8_t> counted = pixels_without_lamps(run);
         const RenderResult picture = render(scene, device, settings);
-        const std::vector<float>& data = picture.image.layers[0].data;
+        const auto& data = picture.image.layers[0].data;
         std::size_t dark = 0, lit = 0;
         for (std::size_t i = 0; i < counted.size(); ++i) {
             const double red = static_cast<double>(data[3 * i]);

@@ -192,9 +192,9 @@ TEST(Specialisation, DoesNotChangeThePicture) {
         RenderSettings s;
         s.spp = 8;
         s.method = Method::path;
-        const std::vector<float> own = run(scene, s).image.layers[0].data;
+        const auto own = run(scene, s).image.layers[0].data;
         s.specialise = false;
-        const std::vector<float> all = run(scene, s).image.layers[0].data;
+        const auto all = run(scene, s).image.layers[0].data;
         double difference = 0, sum = 0;
         for (std::size_t i = 0; i < own.size(); ++i) {
             difference += static_cast<double>(all[i]) - static_cast<double>(own[i]);

@@ -15,7 +15,7 @@ constexpr int seeds = 8;
 constexpr int width = 256, row = 31, first = 106, last = 149;  // where the gap shows, in pixels
 
 // Mean radiance there, red.
-double in_gap(const std::vector<float>& x) {
+double in_gap(const UntouchedVector<float>& x) {
     double sum = 0;
     for (int i = first; i <= last; ++i) sum += static_cast<double>(x[3 * static_cast<std::size_t>(row * width + i)]);
     return sum / (last - first + 1);

@@ -92,7 +92,7 @@ TEST(GlossyFurnace, ReflectsHalfItsDirectLight) {
         s.aovs = {"direct", "indirect", "depth"};
         const RenderResult r = run(scene, s);
         double direct = 0, indirect = 0, pixels = 0, worst = 0;
-        const std::vector<float>&d = r.image.layers[1].data, &i = r.image.layers[2].data, &z = r.image.layers[3].data;
+        const auto &d = r.image.layers[1].data, &i = r.image.layers[2].data, &z = r.image.layers[3].data;
         for (std::size_t p = 0; p < z.size(); ++p) {
             if (z[p] > .475f) continue;  // the ball's middle
             ++pixels;
@@ -110,7 +110,7 @@ TEST(GlossyFurnace, ReflectsHalfItsDirectLight) {
 // ---- views ---------------------------------------------------------------------------------------------------------
 
 double luminance_at(const Image& image, std::size_t layer, std::size_t p) {
-    const std::vector<float>& d = image.layers[layer].data;
+    const auto& d = image.layers[layer].data;
     return (static_cast<double>(d[3 * p]) + static_cast<double>(d[3 * p + 1]) + static_cast<double>(d[3 * p + 2])) / 3;
 }
 

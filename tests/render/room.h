@@ -49,7 +49,7 @@ struct Comparison {
 inline Comparison compare(const Scene& scene, RenderSettings settings = {}) {
     constexpr int parts = 4;
     Device device({});
-    std::vector<std::vector<float>> paths;
+    std::vector<UntouchedVector<float>> paths;
     for (int i = 0; i < parts; ++i) {
         RenderSettings s;
         s.method = Method::path;
@@ -59,13 +59,13 @@ inline Comparison compare(const Scene& scene, RenderSettings settings = {}) {
     }
     settings.spp = 64;
     const RenderResult result = render(scene, device, settings);
-    const std::vector<float>& cached = result.image.layers[0].data;
+    const auto& cached = result.image.layers[0].data;
     Comparison c;
     c.records = result.statistics.records;
     c.radiance_records = result.statistics.radiance_records;
     // Without the lamp and its edges, whose noise would hide everything else.
     std::vector<double> means(cached.size(), 0.0);
-    for (const std::vector<float>& part : paths)
+    for (const auto& part : paths)
         for (std::size_t i = 0; i < means.size(); ++i) means[i] += static_cast<double>(part[i]) / parts;
     std::vector<double> ordered = means;
     std::nth_element(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(ordered.size() / 2), ordered.end());

@@ -170,7 +170,7 @@ TEST(SampleSchedule, PicturesTakeFewerSamplesAtTheErrorAllowed) {
         const RenderResult some = render(scene, device, s);
         EXPECT_LT(some.statistics.mean_spp, 512 * .4);
         EXPECT_GE(some.statistics.mean_spp, 16);
-        const std::vector<float>&a = some.image.layers[0].data, &b = all.image.layers[0].data;
+        const auto &a = some.image.layers[0].data, &b = all.image.layers[0].data;
         double square = 0, difference = 0, clipped = 0, n = 0, sum = 0;
         for (const float x : b) sum += static_cast<double>(x) / static_cast<double>(b.size());
         for (std::size_t i = 0; i < a.size(); ++i) {

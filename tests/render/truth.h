@@ -21,7 +21,7 @@ inline RenderSettings path_settings(int spp, std::uint64_t seed) {
 
 /// A reference in two independent halves, and the error of a picture against it where it counts.
 struct Truth {
-    std::vector<float> a, b;
+    UntouchedVector<float> a, b;
     std::vector<std::uint8_t> counted;
 
     Truth(const Scene& scene, Device& device, int spp)
@@ -32,7 +32,7 @@ struct Truth {
         counted = pixels_without_lamps(run);
     }
     [[nodiscard]] double error(const Image& image) const {
-        const std::vector<float>& x = image.layers[0].data;
+        const auto& x = image.layers[0].data;
         double square = 0, mean = 0, n = 0;
         for (std::size_t i = 0; i < x.size(); ++i) {
             if (counted[i / 3] == 0) continue;
