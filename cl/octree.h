@@ -83,17 +83,28 @@ IR_FN OctreeCell octree_cell(uint a, uint b) {
     return cell;
 }
 
-// Where in the table a cell's node is looked for first: the eight children of one cell lie together, in an order of their
-// own, and so in four cache lines of one page.
+// Where in the table a cell's node is looked for first: cells of a block lie together, in an order of the block's own. For
+// CPUs those of 8x8x8, in four pages: what lies close in the scene then mostly lies in pages whose addresses a core knows.
+// GPUs, which get many cells at once, insert a tenth faster with the eight children of a cell, in four cache lines.
+// And where next: an odd step comes through all of the table; a large one for large blocks, which may be full.
+#ifdef IR_CPU
+#define IR_OCTREE_BLOCK 3u  // bits of a coordinate within one
+#define IR_OCTREE_STEP 137u
+#else
+#define IR_OCTREE_BLOCK 1u
+#define IR_OCTREE_STEP 9u
+#endif
 IR_FN uint octree_home(uint level, uint x, uint y, uint z, uint mask) {
-    uint h = (x >> 1) * 0x9e3779b1u + (y >> 1) * 0x85ebca77u + (z >> 1) * 0xc2b2ae3du + level * 0x27d4eb2fu;
+    uint h = (x >> IR_OCTREE_BLOCK) * 0x9e3779b1u + (y >> IR_OCTREE_BLOCK) * 0x85ebca77u +
+             (z >> IR_OCTREE_BLOCK) * 0xc2b2ae3du + level * 0x27d4eb2fu;
     h = (h ^ (h >> 15)) * 0x2c1b3c6du;
     h = (h ^ (h >> 12)) * 0x297a2d39u;
     h ^= h >> 15;
-    return ((h << 3) | (((x & 1u) | ((y & 1u) << 1) | ((z & 1u) << 2)) ^ (h >> 29))) & mask;
+    const uint in_block = (1u << IR_OCTREE_BLOCK) - 1u;
+    const uint place = (x & in_block) | ((y & in_block) << IR_OCTREE_BLOCK) | ((z & in_block) << (2u * IR_OCTREE_BLOCK));
+    return ((h << (3u * IR_OCTREE_BLOCK)) | (place ^ (h >> (32u - 3u * IR_OCTREE_BLOCK)))) & mask;
 }
-// And where next: an odd step comes through all of the table.
-IR_FN uint octree_probe(uint slot, uint mask) { return (slot + 9u) & mask; }
+IR_FN uint octree_probe(uint slot, uint mask) { return (slot + IR_OCTREE_STEP) & mask; }
 
 // The node of a cell, or IR_NO_NODE.
 IR_FN uint octree_find(IR_GLOBAL const uint* nodes, OctreeKey key, uint home, uint mask) {
