@@ -124,7 +124,7 @@ void SampleSchedule::choose(const Film& film) {
         w.first = count;
         if (w.fewest == fewest) count += w.count;
     }
-    pixels_.resize(fewest == none ? 0 : count);
+    pixels_.resize(count);
     in_ranges(threads_, pixels_.empty() ? 0 : taken_.size(),
               [&](std::size_t range, std::size_t begin, std::size_t end) {
                   if (ranges[range].fewest != fewest) return;
