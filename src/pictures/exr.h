@@ -24,7 +24,7 @@ struct Output {
 
 /// What the module offers. Nothing here throws an Error: the reason comes back, of one line.
 struct Library {
-    /// The file's bytes: floats, compressed by ZIP. "" or what is wrong.
+    /// The file's bytes: floats, large ones compressed row by row (ZIPS). "" or what is wrong.
     std::string (*encode)(const Output& picture, std::vector<unsigned char>& file);
 };
 

@@ -39,12 +39,15 @@ private:
 
 // Noise hardly gets smaller: of the beauty of a rendered picture compression takes some hundredths, in 18 ns a byte.
 constexpr std::size_t worth_compressing = std::size_t{1} << 20;  // bytes
+// Larger ones row by row, at level 2: 0.6 to 0.75 of the time of ZIP's 16 rows at once at level 4, for files that are 2
+// to 4 % larger (cornell-a at 1920x1080, without and with albedo, normals and depth; bathroom).
 
 void write(const Output& picture, std::vector<unsigned char>& file) {
     const std::size_t values =
         static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height) * picture.channels.size();
     Imf::Header header(picture.width, picture.height);
-    header.compression() = values * sizeof(float) < worth_compressing ? Imf::NO_COMPRESSION : Imf::ZIP_COMPRESSION;
+    header.compression() = values * sizeof(float) < worth_compressing ? Imf::NO_COMPRESSION : Imf::ZIPS_COMPRESSION;
+    header.zipCompressionLevel() = 2;
     header.insert("oiio:ColorSpace", Imf::StringAttribute("Linear"));
     header.insert("Software", Imf::StringAttribute("Irradia"));
     for (const auto& [name, value] : picture.attributes) header.insert(name, Imf::StringAttribute(value));
