@@ -13,7 +13,7 @@ struct Layer {
     std::string name;  ///< "" for the picture itself; else "direct", "indirect", "albedo", "normal", "depth", "records",
                        ///< "counted"
     int channels = 3;
-    UntouchedVector<float> data;
+    UntouchedVector<float> data;  ///< whose resize() leaves new values as the memory has them
 };
 
 /// A picture: layers of one size. layers[0] is the beauty picture (name "").
