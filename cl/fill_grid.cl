@@ -149,16 +149,12 @@ IR_FN uint merge_into_parent(IR_GLOBAL GridSum* sums, const GridParameters* grid
 // cells first, then for those around them.
 #define IR_GRID_AHEAD 16u
 IR_FN void grid_send_for(IR_GLOBAL const GridSum* sums, IR_GLOBAL const uint* list, uint at, uint end) {
-#ifdef IR_CPU
     if (at + IR_GRID_AHEAD < end) IR_PREFETCH(&sums[list[at + IR_GRID_AHEAD]]);
-#endif
 }
 IR_FN void grid_send_for_parent(IR_GLOBAL const GridSum* sums, const GridParameters* grid, IR_GLOBAL const uint* list,
                                 uint at, uint end) {
-#ifdef IR_CPU
     if (at + IR_GRID_AHEAD / 2u >= end) return;
     IR_PREFETCH(&sums[grid_home(grid_parent(sums[list[at + IR_GRID_AHEAD / 2u]].key), grid->slots)]);
-#endif
 }
 
 // The cells of one level: taken[1 + first] and following, `count` of them. Those around them are listed behind.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <numeric>
 #include <span>
+#include <vector>
 
 #include "core/worker_pool.h"
 #include "irradia/UntouchedVector.h"
@@ -34,6 +36,18 @@ void in_ranges(int threads, std::size_t count, const F& f, std::size_t elements 
         work();
 }
 
+/// The sum of f(i) for i in [0, count), taken by range; T{} if there are none.
+template <class T, class F>
+T sum_in_ranges(int threads, std::size_t count, const F& f) {
+    std::vector<T> sums(range_count(count));
+    in_ranges(threads, count, [&](std::size_t range, std::size_t begin, std::size_t end) {
+        T sum{};
+        for (std::size_t i = begin; i < end; ++i) sum += f(i);
+        sums[range] = sum;
+    });
+    return std::accumulate(sums.begin(), sums.end(), T{});
+}
+
 /// The same elements, copied on several threads.
 template <class T>
 UntouchedVector<T> copied(int threads, std::span<const T> from) {
@@ -44,13 +58,19 @@ UntouchedVector<T> copied(int threads, std::span<const T> from) {
     return to;
 }
 
+/// Sets all elements to `value`.
+template <class T>
+void fill(int threads, UntouchedVector<T>& v, T value) {
+    in_ranges(threads, v.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        std::fill(v.data() + begin, v.data() + end, value);
+    });
+}
+
 /// A vector of `count` times `value`.
 template <class T>
 UntouchedVector<T> filled(int threads, std::size_t count, T value) {
     UntouchedVector<T> v(count);
-    in_ranges(threads, count, [&](std::size_t, std::size_t begin, std::size_t end) {
-        std::fill(v.data() + begin, v.data() + end, value);
-    });
+    fill(threads, v, value);
     return v;
 }
 

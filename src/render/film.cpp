@@ -1,7 +1,6 @@
 #include "render/film.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace irradia {
 namespace {
@@ -28,11 +27,7 @@ Film::Film(int width, int height, bool aovs, int threads)
     count_ = filled(threads, n, 0u);
 }
 
-void Film::clear() {
-    in_ranges(threads_, pixels(), [&](std::size_t, std::size_t begin, std::size_t end) {
-        std::fill(count_.data() + begin, count_.data() + end, 0u);
-    });
-}
+void Film::clear() { fill(threads_, count_, 0u); }
 
 void Film::clear(std::uint32_t pixel) { count_[pixel] = 0; }
 
@@ -77,11 +72,7 @@ double Film::luminance(std::size_t pixel) const {
 }
 
 std::uint64_t Film::samples() const {
-    std::vector<std::uint64_t> sums(range_count(pixels()));
-    in_ranges(threads_, pixels(), [&](std::size_t range, std::size_t begin, std::size_t end) {
-        sums[range] = std::accumulate(count_.data() + begin, count_.data() + end, std::uint64_t{0});
-    });
-    return std::accumulate(sums.begin(), sums.end(), std::uint64_t{0});
+    return sum_in_ranges<std::uint64_t>(threads_, pixels(), [&](std::size_t i) { return count_[i]; });
 }
 
 void Film::state(Checkpoint& checkpoint) {

@@ -92,9 +92,11 @@ struct Renderer::Impl {
     }
 
     void begin(const shared::Camera& camera) {
-        if (std::exchange(started, true)) run.restart();  // what comes before the first view is part of it
+        if (std::exchange(started, true)) {
+            run.restart();  // what comes before the first view is part of it
+            film.clear();
+        }
         run.set_camera(camera);
-        film.clear();
         position = {};
         if (!searches(given)) return;
         settings = given;

@@ -60,13 +60,10 @@ double SampleSchedule::typical_luminance() const {
     const auto count = static_cast<double>(now_.size());
     double mean = std::numeric_limits<double>::infinity();
     for (int round = 0; round < 4; ++round) {
-        std::vector<double> sums(range_count(now_.size()), 0.0);
-        in_ranges(threads_, now_.size(), [&](std::size_t range, std::size_t begin, std::size_t end) {
-            double sum = 0;
-            for (std::size_t k = begin; k < end; ++k) sum += std::min(static_cast<double>(now_[k]), 4 * mean);
-            sums[range] = sum;
-        });
-        mean = std::accumulate(sums.begin(), sums.end(), 0.0) / count;
+        const double most = 4 * mean;
+        mean = sum_in_ranges<double>(threads_, now_.size(),
+                                     [&](std::size_t k) { return std::min(static_cast<double>(now_[k]), most); }) /
+               count;
     }
     return mean;
 }
