@@ -154,7 +154,7 @@ IR_FN void grid_send_for(IR_GLOBAL const GridSum* sums, IR_GLOBAL const uint* li
 IR_FN void grid_send_for_parent(IR_GLOBAL const GridSum* sums, const GridParameters* grid, IR_GLOBAL const uint* list,
                                 uint at, uint end) {
     if (at + IR_GRID_AHEAD / 2u >= end) return;
-    IR_PREFETCH(&sums[grid_home(grid_parent(sums[list[at + IR_GRID_AHEAD / 2u]].key), grid->slots)]);
+    IR_PREFETCH_OWN(&sums[grid_home(grid_parent(sums[list[at + IR_GRID_AHEAD / 2u]].key), grid->slots)]);
 }
 
 // The cells of one level: taken[1 + first] and following, `count` of them. Those around them are listed behind.

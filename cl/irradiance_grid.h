@@ -163,7 +163,7 @@ IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f
 
 // Sends for the slot that an estimate at (p, n) will most likely be added to.
 IR_FN void grid_expect(const GridParameters* g, IR_GLOBAL const GridSum* sums, real3 p, real3 n) {
-    IR_PREFETCH(&sums[grid_home(grid_key(g, 0u, p, n), g->slots)]);
+    IR_PREFETCH_OWN(&sums[grid_home(grid_key(g, 0u, p, n), g->slots)]);
 }
 
 #define IR_GRID_NONE 0xffffffffu  // no slot

@@ -268,7 +268,7 @@ IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, u
                 OctreePlace* c = &places[count++];
                 c->x = x, c->y = y, c->z = z;
                 c->slot = octree_home(level, x, y, z, tree->mask);
-                IR_PREFETCH(tree->nodes + (size_t)IR_NODE_STRIDE * c->slot);
+                IR_PREFETCH_OWN(tree->nodes + (size_t)IR_NODE_STRIDE * c->slot);
             }
     octree_enter_cells(tree, &cache, level, places, count, record);
     IR_ATOMIC_OR(&tree->state[3], 1u << level);

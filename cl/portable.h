@@ -51,8 +51,10 @@
 #define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
 #if defined(IR_CPU) && defined(__clang__) && !defined(IR_NO_PREFETCH)  // oclgrind has no such instruction
 #define IR_PREFETCH(p) __builtin_prefetch((const void*)(size_t)(p))  // OpenCL's own is nothing in PoCL
+#define IR_PREFETCH_OWN(p) __builtin_prefetch((const void*)(size_t)(p), 1)  // to be written: no other core keeps it
 #else
 #define IR_PREFETCH(p)
+#define IR_PREFETCH_OWN(p)
 #endif
 #define IR_AS_UINT(x) as_uint(x)
 #define IR_AS_FLOAT(x) as_float(x)
@@ -91,6 +93,7 @@ typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) i
 #define IR_BARRIER_ALL() __syncthreads()
 #define IR_GLOBAL_FENCE() __threadfence()
 #define IR_PREFETCH(p)
+#define IR_PREFETCH_OWN(p)
 #define IR_AS_UINT(x) __float_as_uint(x)
 #define IR_AS_FLOAT(x) __uint_as_float(x)
 #define IR_ATOMIC_ADD(p, v) atomicAdd((uint*)(p), v)
