@@ -3,6 +3,7 @@
 #ifndef IR_CAMERA_H
 #define IR_CAMERA_H
 #include "filter.h"
+#include "random.h"
 #include "scene.h"
 
 typedef struct CameraRay {
@@ -71,6 +72,15 @@ IR_FN CameraRay camera_ray(const IR_GLOBAL SceneInfo* info, uint px, uint py, fl
 
 IR_FN real3 camera_origin(const IR_GLOBAL SceneInfo* info) {
     return make_real3(info->camera.ox, info->camera.oy, info->camera.oz);
+}
+
+// The index-th of `all` rays that are spread over the picture: through the pixel in which the index-th of so many equal
+// parts of it begins.
+IR_FN CameraRay camera_ray_of_part(const IR_GLOBAL SceneInfo* info, uint index, uint all, Rng* rng) {
+    const uint pixels = info->width * info->height;
+    const uint pixel = min((uint)(((float)index + rng_real(rng)) / (float)all * (float)pixels), pixels - 1u);
+    const float fx = (float)(pixel % info->width) + rng_real(rng), fy = (float)(pixel / info->width) + rng_real(rng);
+    return camera_ray_at(info, fx, fy);
 }
 
 #if IR_FEATURES & IR_FEATURE_THIN_LENS

@@ -75,12 +75,8 @@ IR_ONCE_FN uint fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const 
                              IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed,
                              uint* fresh) {
     const IR_GLOBAL SceneInfo* info = s->info;
-    const uint pixels = info->width * info->height;
     Rng rng = rng_make(seed ^ 0x67726964u, index, 0u);
-    // Spread over the picture: the pixel in which the index-th of all_paths equal parts begins.
-    const uint pixel = min((uint)(((float)index + rng_real(&rng)) / (float)all_paths * (float)pixels), pixels - 1u);
-    const float fx = (float)(pixel % info->width) + rng_real(&rng), fy = (float)(pixel / info->width) + rng_real(&rng);
-    const CameraRay ray = camera_ray_at(info, fx, fy);
+    const CameraRay ray = camera_ray_of_part(info, index, all_paths, &rng);
     const real3 origin = camera_origin(info);
     const Hit hit = trace_visible(s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
     count_up(ray_counts, IR_RAYS_CAMERA, 1u);
@@ -154,7 +150,7 @@ IR_FN void grid_send_for(IR_GLOBAL const GridSum* sums, IR_GLOBAL const uint* li
 IR_FN void grid_send_for_parent(IR_GLOBAL const GridSum* sums, const GridParameters* grid, IR_GLOBAL const uint* list,
                                 uint at, uint end) {
     if (at + IR_GRID_AHEAD / 2u >= end) return;
-    IR_PREFETCH_OWN(&sums[grid_home(grid_parent(sums[list[at + IR_GRID_AHEAD / 2u]].key), grid->slots)]);
+    IR_PREFETCH_OWN(&sums[hash_slot(grid_parent(sums[list[at + IR_GRID_AHEAD / 2u]].key), grid->slots)]);
 }
 
 // The cells of one level: taken[1 + first] and following, `count` of them. Those around them are listed behind.

@@ -12,6 +12,7 @@
 // wrong then is light that so many surfaces have reflected.
 #ifndef IR_IRRADIANCE_GRID_H
 #define IR_IRRADIANCE_GRID_H
+#include "grid_parent.h"
 #include "irradia/shared/grid_types.h"
 #include "portable.h"
 #include "random.h"
@@ -32,19 +33,9 @@ IR_FN uint grid_key(const GridParameters* g, uint level, real3 p, real3 n) {
     return x | (y << 9) | (z << 18) | (axis << 27) | (level << 30);
 }
 
-// Key of the cell of the next coarser level around the cell of `key`.
-IR_FN uint grid_parent(uint key) {
-    const uint x = (((key & 511u) - 1u) >> 1) + 1u, y = ((((key >> 9) & 511u) - 1u) >> 1) + 1u,
-               z = ((((key >> 18) & 511u) - 1u) >> 1) + 1u;
-    return x | (y << 9) | (z << 18) | (key & 0x38000000u) | (((key >> 30) + 1u) << 30);
-}
-
-// Where a table of `slots` is asked for `key` first.
-IR_FN uint grid_home(uint key, uint slots) { return hash_uint(key) & (slots - 1u); }
-
 // Slot of `key`, or the number of slots if it is not there.
 IR_FN uint grid_find(const GridParameters* g, IR_GLOBAL const GridCell* cells, uint key) {
-    uint slot = grid_home(key, g->slots);
+    uint slot = hash_slot(key, g->slots);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (g->slots - 1u)) {
         const uint found = cells[slot].key;
         if (found == key) return slot;
@@ -110,7 +101,7 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
             const uint k = pending[i];
             if (!grid_reaches(g, &q[k], level)) continue;
             keys[asked] = grid_query_key(g, &q[k], level);
-            IR_PREFETCH(&cells[grid_home(keys[asked], g->slots)]);
+            IR_PREFETCH(&cells[hash_slot(keys[asked], g->slots)]);
             pending[asked++] = k;
         }
         left = 0u;
@@ -135,7 +126,7 @@ IR_FN uint grid_lookup_tile(const GridParameters* g, IR_GLOBAL const GridCell* c
 // Slot of `key` in a table of either struct, whose first word is the key; taken if it is not there yet, which *fresh tells;
 // `slots` if the table is full.
 IR_FN uint grid_take(volatile IR_GLOBAL uint* table, uint words, uint slots, uint key, bool* fresh) {
-    uint slot = grid_home(key, slots);
+    uint slot = hash_slot(key, slots);
     for (uint i = 0; i < IR_GRID_PROBES; ++i, slot = (slot + 1u) & (slots - 1u)) {
         const uint found = IR_ATOMIC_CAS(&table[slot * words], 0u, key);
         *fresh = found == 0u;
@@ -163,7 +154,7 @@ IR_FN float wide_value(uint low, uint high) { return (float)high * 4294967296.0f
 
 // Sends for the slot that an estimate at (p, n) will most likely be added to.
 IR_FN void grid_expect(const GridParameters* g, IR_GLOBAL const GridSum* sums, real3 p, real3 n) {
-    IR_PREFETCH_OWN(&sums[grid_home(grid_key(g, 0u, p, n), g->slots)]);
+    IR_PREFETCH_OWN(&sums[hash_slot(grid_key(g, 0u, p, n), g->slots)]);
 }
 
 #define IR_GRID_NONE 0xffffffffu  // no slot

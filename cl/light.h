@@ -239,7 +239,7 @@ IR_FN void picture_sample_light(const Light* map, real3 radiance, LightSample* s
 }
 #endif
 
-// A sample of the light arriving at p (unit normal n: used by the constant environment only).
+// A sample of the light arriving at p (unit normal n: used by environments only).
 IR_CALL_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float u0, float u1) {
     LightSample sample = no_light(n);
     if (s->info->light_count == 0u) return sample;
@@ -259,7 +259,7 @@ IR_CALL_FN LightSample sample_light(const SceneData* s, real3 p, real3 n, float 
 #if IR_FEATURES & IR_FEATURE_ENVMAP
     if (light.kind == IR_LIGHT_ENVMAP) {
         real3 radiance;
-        sample.direction = sample_picture(s, &light, u0, u1, &sample.density, &radiance);
+        sample.direction = sample_picture(s, &light, p, n, u0, u1, &sample.density, &radiance);
         picture_sample_light(&light, radiance, &sample);
         return sample;
     }

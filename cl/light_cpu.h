@@ -126,24 +126,23 @@ IR_FN void sample_rectangle(const RectangleLight* r, const float* x, const float
     }
 }
 #if IR_FEATURES & IR_FEATURE_ENVMAP
-// Cells for `count` samples by random numbers u, v, as sample_picture() finds them. Large pictures lie in memory, and each
-// step of a search waits for it: all searches go on together, and the texels are sent for.
-IR_FN void find_picture_cells(const SceneData* s, const Light* map, const Texture* picture, uint count, const float* u,
-                              const float* v, PicturePoint* at) {
+// Cells for `count` samples by random numbers u, v and tiles, as sample_picture() finds them. Large pictures lie in memory,
+// and each step of a search waits for it: all searches go on together, and the texels are sent for.
+IR_FN void find_picture_cells(const SceneData* s, const Light* map, const Texture* picture, uint count, const uint* tiles,
+                              const float* u, const float* v, PicturePoint* at) {
     uint first[IR_TILE], end[IR_TILE];
     for (uint i = 0; i < count; ++i) {
-        at[i].y = u[i];
-        at[i].x = v[i];
-        at[i].row = search_sums(s, map->table, picture->height - 1u, &at[i].y);
-        first[i] = picture_cells(map, picture, at[i].row);
-        at[i].column = 0u;
-        end[i] = picture->width - 1u;
+        const PictureRow r = sample_picture_row(s, map, picture, tiles[i], u[i], v[i]);
+        at[i] = r.at;
+        at[i].column = r.begin;
+        end[i] = r.end - 1u;
+        first[i] = picture_cells(map, picture, r.at.row);
     }
     for (uint left = picture->width - 1u; left > 0u; left >>= 1)  // at least half of what is left of each goes
         for (uint i = 0; i < count; ++i) {
             if (at[i].column >= end[i]) continue;
             const uint middle = (at[i].column + end[i]) >> 1;
-            const bool before = IR_AS_FLOAT(s->texels[first[i] + middle]) > at[i].x;
+            const bool before = sky_word(s, first[i] + middle) > at[i].x;
             at[i].column = before ? at[i].column : middle + 1u;
             end[i] = before ? middle : end[i];
         }
@@ -159,11 +158,14 @@ IR_FN void sample_picture_tile(const SceneData* s, const Light* map, const PathS
                                const float* v, LightSample* samples) {
     const Texture picture = s->textures[map->texture];
     PicturePoint at[IR_TILE];
-    find_picture_cells(s, map, &picture, count, u, v, at);
+    uint tiles[IR_TILE];
+    for (uint i = 0; i < count; ++i) tiles[i] = sky_tiles(s, map, paths[i].surface.p, paths[i].surface.ns);
+    find_picture_cells(s, map, &picture, count, tiles, u, v, at);
     for (uint i = 0; i < count; ++i) {
         real3 radiance;
         samples[i] = no_light(paths[i].surface.ns);
-        samples[i].direction = sample_picture_cell(s, map, &picture, at[i], &samples[i].density, &radiance);
+        samples[i].direction =
+            sample_picture_cell(s, map, &picture, tiles[i], at[i], &samples[i].density, &radiance);
         picture_sample_light(map, radiance, &samples[i]);
     }
 }

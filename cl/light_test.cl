@@ -26,17 +26,18 @@ IR_KERNEL void test_light_samples(IR_SCENE_ARGS, IR_GLOBAL const float* question
     a[8] = l.valid ? l.cosine : 0.0f;
     a[9] = l.valid ? 1.0f : 0.0f;
     a[10] = l.valid ? light_density(&s, 0u, p, l.cosine, l.distance) : 0.0f;  // of light 0, whichever was chosen
-    a[11] = environment_density(&s, l.direction, n);
+    a[11] = environment_density(&s, p, n, l.direction);
 }
 
-// questions: direction, normal; six floats each. answers: radiance, density; four floats each.
+// questions: direction, position, normal; nine floats each. answers: radiance, density; four floats each.
 IR_KERNEL void test_environment(IR_SCENE_ARGS, IR_GLOBAL const float* questions, IR_GLOBAL float* answers, uint count) {
     IR_SCENE_INIT(s);
     const uint i = IR_GLOBAL_ID;
     if (i >= count) return;
-    const real3 direction = read_vector(questions + 6u * i), n = read_vector(questions + 6u * i + 3u);
+    IR_GLOBAL const float* q = questions + 9u * i;
+    const real3 direction = read_vector(q), p = read_vector(q + 3), n = read_vector(q + 6);
     write_vector(answers + 4u * i, environment_radiance(&s, direction));
-    answers[4u * i + 3u] = environment_density(&s, direction, n);
+    answers[4u * i + 3u] = environment_density(&s, p, n, direction);
 }
 
 // questions: position, cosine, distance, u, v; seven floats each. answers: light_density() and area_light_radiance() of

@@ -95,7 +95,7 @@ IR_FN real3 bounce_sky(const SceneData* s, const Surface* f, const Bounce* b) {
 #if IR_FEATURES & IR_FEATURE_ENVIRONMENT
     const real3 sky = environment_radiance(s, b->sample.direction);
     if (!(b->sample.density > 0.0f)) return sky;
-    return sky * (b->sample.density / (b->sample.density + environment_density(s, b->sample.direction, f->ns)));
+    return sky * (b->sample.density / (b->sample.density + environment_density(s, f->p, f->ns, b->sample.direction)));
 #else
     return black();
 #endif

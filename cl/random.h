@@ -15,6 +15,9 @@
     }
 IR_HASH_FN(uint, hash_uint)
 
+// Where a table of `slots`, a power of two, is asked for `key` first.
+IR_FN uint hash_slot(uint key, uint slots) { return hash_uint(key) & (slots - 1u); }
+
 // [0,1): the 24 leading bits, so that the largest value is 1 - 2^-24 and never rounds to 1.
 #define IR_UNIT R(5.9604644775390625e-8)  // 2^-24
 IR_FN real uint_to_unit(uint x) { return (real)(x >> 8) * IR_UNIT; }

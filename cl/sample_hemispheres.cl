@@ -11,6 +11,7 @@
 #if IR_N % 8 != 0 || IR_GRADIENT == 1
 #define IR_SCALAR_LANES 1  // lanes are cells of one ring; Ward and Heckbert's formula takes one cell
 #endif
+#define IR_SKY_WHOLE 1  // hundreds of rays share a record: samples by what is seen would cost more than they mend
 #include "film.h"
 #include "indirect.h"
 #include "make_record.h"

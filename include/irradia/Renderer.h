@@ -73,6 +73,8 @@ struct RenderSettings {
     bool grid = true;           ///< irradiance: hemisphere rays end in the irradiance grid (cl/irradiance_grid.h);
                                 ///< false: they go on as paths, unbiased and slower
     int grid_paths = 1 << 18;   ///< paths that fill the grid
+    bool learn_sky = true;      ///< but for path: light samples of an environment picture by what is seen of it from
+                                ///< where they are taken (cl/sky_view.h); unbiased either way
     GlossyRule glossy = GlossyRule::automatic;  ///< radiance: how lobes of rough surfaces are answered
     float trace_below = 0.15f;                  ///< lobes of less roughness are traced, [0, 1]
     float glossy_share = 0.2f;  ///< lobes that reflect less than this share of what their surface reflects are traced

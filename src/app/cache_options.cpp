@@ -85,6 +85,9 @@ void declare_irradiance(CLI::App& app, RenderSettings& s) {
     cache.value("--grid-paths", s.grid_paths, "N", "Paths that fill the irradiance grid; its noise falls as 1/sqrt(N)")
         ->check(CLI::Range(1, 1 << 28))
         ->default_str(std::to_string(s.grid_paths));
+    cache.off("--no-learn-sky", s.learn_sky,
+              "Take light samples of an environment picture from all of it alike, not by what paths have found is seen "
+              "of it from there: as unbiased, and noisier indoors");
     cache
         .value("--firefly", s.firefly, "X",
                "Gradients take no direction as brighter than X times the mean of its hemisphere; 0: no limit")

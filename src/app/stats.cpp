@@ -64,6 +64,7 @@ Json settings_json(const Options& o, int spp) {
             {"pixel_error", plain(s.pixel_error)},
             {"grid", s.grid},
             {"grid_paths", s.grid_paths},
+            {"learn_sky", s.learn_sky},
             {"share_lookups", s.share_lookups},
             {"specialise", s.specialise},
             {"error_share", plain(s.error_share)},

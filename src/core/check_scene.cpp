@@ -123,6 +123,7 @@ void check_environment(const Place& p, const shared::Light& l, const Scene& scen
     p.require(t.format == IR_TEXTURE_RGB32F, "the environment's picture has another format than floats");
     p.require(t.height >= 2, "the environment's picture has less than 2 rows");
     const std::uint64_t rows = t.height - 1, words = 3 * rows + 1 + rows * t.width;
+    p.require(l.view == 0, "what is seen of an environment is no part of a scene");
     p.require(l.table <= scene.texels.size() && words <= scene.texels.size() - l.table,
               "the environment's tables are outside the texel array");
     const auto at = [&](std::uint64_t i) { return std::bit_cast<float>(scene.texels[l.table + i]); };

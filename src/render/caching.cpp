@@ -16,6 +16,7 @@
 #include <memory>
 
 #include "render/carried_records.h"
+#include "render/sky_view.h"
 
 namespace irradia {
 namespace {
@@ -82,6 +83,7 @@ void CachingRenderer::Caching::expect_kernels() {
     if (run_.edges_beyond_camera() < 2) return;  // direct light alone
     std::vector<KernelSource> kernels;
     if (radiance_) kernels.push_back(radiance_->table_kernel());
+    if (learns_sky(run_)) kernels.push_back(run_.scene_source("learn_sky.cl", {}));
     kernels.push_back({"fill_grid.cl", run_.scene_defines()});
     kernels.push_back(hemispheres_->kernel_to_come(grid_));
     kernels.push_back(run_.scene_source("find_misses.cl", miss_defines()));

@@ -9,6 +9,7 @@
 #include "render/error_probes.h"
 #include "render/lamps.h"
 #include "render/methods.h"
+#include "render/sky_view.h"
 #include "render/target.h"
 
 namespace irradia {
@@ -115,6 +116,8 @@ struct Renderer::Impl {
     RenderResult view(bool resumed) {
         std::vector<std::uint32_t> record_pixels;
         RenderResult result;
+        if (given.method != Method::path)  // the etalon learns nothing
+            learn_sky(run, given.spp > 0 ? static_cast<std::uint32_t>(given.spp) : run.scene.sample_count, !resumed);
         if (searches(given)) {
             record_pixels = search->run(result.error.emplace());
         } else {

@@ -58,6 +58,18 @@ void Run::set_camera(const shared::Camera& camera) {
     device.write(info_, &info, sizeof info);
 }
 
+void Run::see_sky(const std::vector<std::uint32_t>& tables) {
+    std::vector<shared::Light> lights = scene.lights;
+    if (!tables.empty()) {
+        const std::size_t before = scene.texels.size() * sizeof tables[0];
+        texels_ = device.allocate(before + tables.size() * sizeof tables[0]);
+        device.write(texels_, scene.texels.data(), before);
+        device.write(texels_, tables.data(), tables.size() * sizeof tables[0], before);
+        lights[scene.info.environment_light].view = static_cast<std::uint32_t>(scene.texels.size());
+    }
+    device.write(lights_, lights.data(), lights.size() * sizeof lights[0]);
+}
+
 void Run::restart() {
     clear_statistics();
     start_ = phase_start_ = Clock::now();

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "irradia/Checkpoint.h"
 #include "irradia/Device.h"
@@ -32,6 +33,9 @@ public:
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
     /// Another view of the scene: kernels set up from now on see it through this camera.
     void set_camera(const shared::Camera& camera);
+    /// What is seen of the sky: kernels set up from now on find `tables` (cl/sky_view.h) behind the scene's texels;
+    /// none: all of it. Earlier ones are forgotten.
+    void see_sky(const std::vector<std::uint32_t>& tables);
     /// Statistics and time start anew.
     void restart();
     [[nodiscard]] const shared::Camera& camera() const noexcept { return camera_; }

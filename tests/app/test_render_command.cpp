@@ -72,6 +72,7 @@ TEST_F(RenderCommand, HelpExplainsEveryOption) {
                                                "--no-reach-limit",
                                                "--direct-mis",
                                                "--no-grid",
+                                               "--no-learn-sky",
                                                "--grid-paths",
                                                "--firefly",
                                                "--no-share-lookups",

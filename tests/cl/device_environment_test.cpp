@@ -15,12 +15,6 @@ nlohmann::json oracle() {
 const Vec kUp{0, 0, 1};
 constexpr int kWidth = 16, kHeight = 9;
 
-/// Unit direction at u, v of the picture, in the map's axes.
-Vec direction_at(double u, double v) {
-    const double theta = kPi * v, phi = 2 * kPi * u;
-    return {std::sin(theta) * std::sin(phi), std::cos(theta), -std::sin(theta) * std::cos(phi)};
-}
-
 class EnvironmentLight : public LightTest {
 protected:
     void SetUp() override {
@@ -81,64 +75,10 @@ TEST_F(EnvironmentLight, RadianceIsMitsubas) {
     RecordProperty("worst_difference", std::to_string(worst));
 }
 
-// Bins: quarters of the picture's cells, in which the density is constant. Pearson's chi-square of 512 bins; its mean
-// is 511, its standard deviation 32: a limit of 5.
 TEST_F(EnvironmentLight, SamplesHaveTheirDensity) {
     for (const std::string more : {"", R"(<transform name="to_world"><rotate x="1" y="-1" z="0.5" angle="70"/>
-                                       <scale x="-1"/></transform>)"}) {
-        const Scene scene = load(emitter(more));
-        const shared::Light& light = scene.lights.at(0);
-        const Vec axes[3] = {
-            {light.e1x, light.e1y, light.e1z}, {light.e2x, light.e2y, light.e2z}, {light.nx, light.ny, light.nz}};
-        LightKernels kernels(scene);
-        constexpr int kAcross = 2 * kWidth, kDown = 2 * (kHeight - 1);
-        std::vector<Vec> middles;
-        std::vector<double> angles;
-        for (int row = 0; row < kDown; ++row)
-            for (int column = 0; column < kAcross; ++column) {
-                const Vec d = direction_at((column + 0.5) / kAcross + 0.5 / kWidth, (row + 0.5) / kDown);
-                middles.push_back(axes[0] * d[0] + axes[1] * d[1] + axes[2] * d[2]);
-                angles.push_back(2 * kPi / kAcross * (std::cos(kPi * row / kDown) - std::cos(kPi * (row + 1) / kDown)));
-            }
-        const std::vector<Environment> bins = kernels.environment(middles, kUp);
-        double sum = 0;
-        for (std::size_t i = 0; i < bins.size(); ++i) sum += bins[i].density * angles[i];
-        EXPECT_NEAR(sum, 1, 2e-6);
-
-        constexpr std::size_t kSamples = 1u << 19;
-        std::vector<double> counts(bins.size());
-        std::size_t off = 0;
-        std::vector<Vec> directions;
-        const std::vector<Sample> samples = kernels.samples({0.3, 0.2, 0.1}, kUp, random_pairs(kSamples, 11));
-        for (const Sample& s : samples) {
-            ASSERT_TRUE(s.valid);
-            ASSERT_NEAR(length(s.direction), 1, 1e-6);
-            EXPECT_EQ(s.cosine, 1);
-            const Vec d{dot(s.direction, axes[0]), dot(s.direction, axes[1]), dot(s.direction, axes[2])};
-            double u = std::atan2(d[0], -d[2]) / (2 * kPi) - 0.5 / kWidth;
-            u -= std::floor(u);
-            const double v = std::acos(std::clamp(d[1], -1.0, 1.0)) / kPi;
-            ++counts[static_cast<std::size_t>(std::min(static_cast<int>(v * kDown), kDown - 1) * kAcross +
-                                              std::min(static_cast<int>(u * kAcross), kAcross - 1))];
-            off += std::abs(s.environment_density - s.density) > 1e-5 * s.density ? 1 : 0;
-            directions.push_back(s.direction);
-        }
-        EXPECT_LE(off, kSamples / 10000);  // directions that rounding moved across the border of a cell
-        double chi_square = 0;
-        for (std::size_t i = 0; i < bins.size(); ++i) {
-            const double expected = kSamples * bins[i].density * angles[i];
-            EXPECT_GT(expected, 5);
-            chi_square += (counts[i] - expected) * (counts[i] - expected) / expected;
-        }
-        RecordProperty("chi_square", std::to_string(chi_square));
-        EXPECT_LT(chi_square, 511 + 5 * 32);
-        EXPECT_GT(chi_square, 511 - 5 * 32);
-
-        // A sample's radiance is that of its direction.
-        const std::vector<Environment> found = kernels.environment(directions, kUp);
-        for (std::size_t i = 0; i < found.size(); i += 37)
-            EXPECT_NEAR(samples[i].radiance[1] * samples[i].density, found[i].radiance[1], 2e-4);
-    }
+                                       <scale x="-1"/></transform>)"})
+        expect_samples_of_density(load(emitter(more)), kWidth, kHeight, {0.3, 0.2, 0.1}, kUp);
 }
 
 // CPU devices search the picture for a tile of samples in step. Pictures of any size, with black rows and columns;
@@ -158,18 +98,8 @@ TEST_F(EnvironmentLight, SamplesInATileAreThoseOfEachAlone) {
         for (const std::array<float, 2>& uv : random_pairs(4003, 12)) questions.push_back({{0.1, 0.2, 0.3}, kUp, uv});
         for (const float u : {0.0f, 0.5f, 0.99999994f})
             for (const float v : {0.0f, 0.5f, 0.99999994f}) questions.push_back({{0, 0, 0}, kUp, {u, v}});
-        const std::vector<std::array<Sample, 2>> found = LightKernels(scene).tile_samples(questions);
-        for (std::size_t i = 0; i < found.size(); ++i) {
-            const auto& [together, alone] = found[i];
-            SCOPED_TRACE(::testing::Message() << width << " x " << height << ", sample " << i);
-            ASSERT_TRUE(together.valid && alone.valid);
-            EXPECT_LE(length(together.direction - alone.direction), 1e-6);
-            EXPECT_EQ(together.distance, alone.distance);
-            EXPECT_EQ(together.cosine, 1);
-            EXPECT_NEAR(together.density, alone.density, 1e-6 * alone.density);
-            for (std::size_t k = 0; k < 3; ++k)
-                EXPECT_NEAR(together.radiance[k], alone.radiance[k], 1e-5 * (alone.radiance[k] + 1e-3));
-        }
+        SCOPED_TRACE(::testing::Message() << width << " x " << height);
+        expect_tiles_as_alone(scene, questions);
     }
 }
 
@@ -183,7 +113,7 @@ TEST_F(EnvironmentLight, IrradianceIsTheIntegral) {
         double expected = 0, mean = 0;
         for (int row = 0; row < kDown; ++row)
             for (int column = 0; column < kAcross; ++column) {
-                const Vec d = direction_at((column + 0.5) / kAcross, (row + 0.5) / kDown);
+                const Vec d = picture_direction((column + 0.5) / kAcross, (row + 0.5) / kDown);
                 const double angle =
                     2 * kPi / kAcross * (std::cos(kPi * row / kDown) - std::cos(kPi * (row + 1) / kDown));
                 expected += 3 * radiance(d) * std::max(dot(d, n), 0.0) * angle;

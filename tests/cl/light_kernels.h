@@ -79,10 +79,11 @@ public:
         }
         return all;
     }
-    std::vector<Environment> environment(const std::vector<Vec>& directions, const Vec& n) {
+    std::vector<Environment> environment(const std::vector<Vec>& directions, const Vec& n, const Vec& p = {}) {
         std::vector<float> in;
         for (const Vec& d : directions) {
             add(in, d);
+            add(in, p);
             add(in, n);
         }
         const std::vector<float> out = run("test_environment", in, directions.size(), 4);
@@ -185,6 +186,99 @@ struct Estimate {
     [[nodiscard]] double mean() const { return sum / count; }
     [[nodiscard]] double error() const { return std::sqrt(std::max(square / count - mean() * mean(), 0.0) / count); }
 };
+
+/// Unit direction at u, v of an environment picture, in the map's axes.
+inline Vec picture_direction(double u, double v) {
+    const double theta = kPi * v, phi = 2 * kPi * u;
+    return {std::sin(theta) * std::sin(phi), std::cos(theta), -std::sin(theta) * std::cos(phi)};
+}
+
+/// Samples of an environment picture, the one light, at p, normal n, against their density. Bins: quarters of the
+/// picture's cells, in which the density is constant; those that expect fewer than ten samples are one together.
+/// Pearson's chi-square of k bins has mean k - 1 and variance 2 (k - 1): a limit of 5 standard deviations. Returns the
+/// directions.
+inline std::vector<Vec> expect_samples_of_density(const Scene& scene, int width, int height, const Vec& p,
+                                                  const Vec& n) {
+    const shared::Light& light = scene.lights.at(0);
+    const Vec axes[3] = {
+        {light.e1x, light.e1y, light.e1z}, {light.e2x, light.e2y, light.e2z}, {light.nx, light.ny, light.nz}};
+    LightKernels kernels(scene);
+    const int across = 2 * width, down = 2 * (height - 1);
+    std::vector<Vec> middles;
+    std::vector<double> angles;
+    for (int row = 0; row < down; ++row)
+        for (int column = 0; column < across; ++column) {
+            const Vec d = picture_direction((column + 0.5) / across + 0.5 / width, (row + 0.5) / down);
+            middles.push_back(axes[0] * d[0] + axes[1] * d[1] + axes[2] * d[2]);
+            angles.push_back(2 * kPi / across * (std::cos(kPi * row / down) - std::cos(kPi * (row + 1) / down)));
+        }
+    const std::vector<Environment> bins = kernels.environment(middles, n, p);
+    double sum = 0;
+    for (std::size_t i = 0; i < bins.size(); ++i) sum += bins[i].density * angles[i];
+    EXPECT_NEAR(sum, 1, 2e-6);
+
+    constexpr std::size_t kSamples = 1u << 19;
+    std::vector<double> counts(bins.size());
+    std::size_t off = 0;
+    std::vector<Vec> directions;
+    for (const Sample& s : kernels.samples(p, n, random_pairs(kSamples, 11))) {
+        EXPECT_TRUE(s.valid);
+        EXPECT_NEAR(length(s.direction), 1, 1e-6);
+        EXPECT_EQ(s.cosine, 1);
+        const Vec d{dot(s.direction, axes[0]), dot(s.direction, axes[1]), dot(s.direction, axes[2])};
+        double u = std::atan2(d[0], -d[2]) / (2 * kPi) - 0.5 / width;
+        u -= std::floor(u);
+        const double v = std::acos(std::clamp(d[1], -1.0, 1.0)) / kPi;
+        ++counts[static_cast<std::size_t>(std::min(static_cast<int>(v * down), down - 1) * across +
+                                          std::min(static_cast<int>(u * across), across - 1))];
+        off += std::abs(s.environment_density - s.density) > 1e-5 * s.density ? 1 : 0;
+        directions.push_back(s.direction);
+    }
+    EXPECT_LE(off, kSamples / 10000);  // directions that rounding moved across the border of a cell
+    double chi_square = 0, rare = 0, rare_expected = 0, degrees = -1;
+    for (std::size_t i = 0; i < bins.size(); ++i) {
+        const double expected = kSamples * bins[i].density * angles[i];
+        if (expected < 10) {
+            rare += counts[i];
+            rare_expected += expected;
+            continue;
+        }
+        chi_square += (counts[i] - expected) * (counts[i] - expected) / expected;
+        ++degrees;
+    }
+    if (rare_expected > 10) {
+        chi_square += (rare - rare_expected) * (rare - rare_expected) / rare_expected;
+        ++degrees;
+    } else {
+        EXPECT_LE(rare, rare_expected + 5 * std::sqrt(rare_expected) + 3);
+    }
+    ::testing::Test::RecordProperty("chi_square", std::to_string(chi_square));
+    EXPECT_LT(chi_square, degrees + 5 * std::sqrt(2 * degrees));
+    EXPECT_GT(chi_square, degrees - 5 * std::sqrt(2 * degrees));
+
+    // A sample's radiance is that of its direction.
+    const std::vector<Environment> found = kernels.environment(directions, n, p);
+    const std::vector<Sample> samples = kernels.samples(p, n, random_pairs(kSamples, 11));
+    for (std::size_t i = 0; i < found.size(); i += 37)
+        EXPECT_NEAR(samples[i].radiance[1] * samples[i].density, found[i].radiance[1], 2e-4);
+    return directions;
+}
+
+/// Samples made together against those made alone: the same but for rounding.
+inline void expect_tiles_as_alone(const Scene& scene, const std::vector<LightKernels::TileQuestion>& questions) {
+    const std::vector<std::array<Sample, 2>> found = LightKernels(scene).tile_samples(questions);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const auto& [together, alone] = found[i];
+        SCOPED_TRACE(::testing::Message() << "sample " << i);
+        ASSERT_TRUE(together.valid && alone.valid);
+        EXPECT_LE(length(together.direction - alone.direction), 1e-6);
+        EXPECT_EQ(together.distance, alone.distance);
+        EXPECT_EQ(together.cosine, 1);
+        EXPECT_NEAR(together.density, alone.density, 1e-6 * alone.density);
+        for (std::size_t k = 0; k < 3; ++k)
+            EXPECT_NEAR(together.radiance[k], alone.radiance[k], 1e-5 * (alone.radiance[k] + 1e-3));
+    }
+}
 
 /// Irradiance of a surface by light samples.
 inline Estimate sampled_irradiance(LightKernels& kernels, const Vec& p, const Vec& n, std::size_t count) {

@@ -37,6 +37,11 @@ const Names kUnclamped = [] {
     names.erase("clamp_records");
     return names;
 }();
+const Names kUnderSky = [] {
+    Names names = kUnclamped;
+    names.insert("learn_sky");
+    return names;
+}();
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kProbes{"find_lamps", "probe_pixels"};
@@ -58,7 +63,7 @@ const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};
 const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
                   "merge_grid_level",  "count_grid_answers", "grid_means"};
 
-const Names kLights{"test_light_samples", "test_light_tile", "test_environment", "test_area_light"};
+const Names kLights{"test_light_samples", "test_light_tile", "test_environment", "test_area_light", "test_grid_keys"};
 const Names kTextures{"test_textures"};
 const Names kSamplePoints{"test_sobol_points", "test_strata_points"};
 const Names kRadianceTests{"insert_records",    "project_harmonics",    "tabulate_lobes",  "test_lobe_values",
@@ -239,6 +244,22 @@ const std::vector<std::string> kTwoTiles{"--width", "8", "--height",     "4", "-
 TEST_F(Oclgrind, IrradianceCpu) { render(project_scene("cornell-box"), "cpu", kTwoTiles, kIrradiance, false); }
 TEST_F(Oclgrind, IrradianceGpu) { render(project_scene("cornell-box"), "gpu", kTwoTiles, kIrradiance, false); }
 
+// Between two walls, under a picture: paths that learn what is seen of it, and samples of the tiles they have met.
+TEST_F(Oclgrind, IrradianceUnderASky) {
+    std::ofstream(in_folder("sky.xml")) << R"(<scene version="3.0.0">
+<sensor type="perspective"><float name="fov" value="20"/>
+    <transform name="to_world"><lookat origin="0, 0.3, 0.4" target="0, 0.3, 0" up="0, 1, 0"/></transform></sensor>
+<shape type="rectangle"/>
+<shape type="rectangle"><transform name="to_world"><rotate y="1" angle="180"/><translate z="0.5"/></transform></shape>
+<emitter type="envmap"><string name="filename" value=")"
+                                        << IRRADIA_SOURCE_DIR << R"(/scenes/textures/tiles.png"/></emitter>
+</scene>)";
+    const std::vector<std::string> options{"--width", "8",  "--height",     "4", "--hemisphere", "4x8",
+                                           "--spp",   "16", "--grid-paths", "64"};
+    for (const std::string traversal : {"cpu", "gpu"})
+        render(in_folder("sky.xml"), traversal, options, kUnderSky, false);
+}
+
 TEST_F(Oclgrind, IrradianceWithoutGrid) {
     std::vector<std::string> options = kTwoTiles;
     options.emplace_back("--no-grid");
@@ -345,7 +366,8 @@ TEST_F(Oclgrind, Grid) {
 TEST_F(Oclgrind, Lights) {
     check(TEST_LIGHTS,
           {"--gtest_filter=EnvironmentLight.RadianceIsMitsubas:EnvironmentLight.OneBrightTexel:SpotLight.IsIts*:"
-           "TexturedLight.RadianceAtCoordinates:CylinderLight.SamplesShowTheTexture:RectangleLight.*Alone"},
+           "TexturedLight.RadianceAtCoordinates:CylinderLight.SamplesShowTheTexture:RectangleLight.*Alone:"
+           "SkyView.*Alone"},
           kLights);
 }
 TEST_F(Oclgrind, Bsdfs) {
@@ -374,8 +396,9 @@ TEST_F(Oclgrind, Formulas) {  // the quickest tests of each kernel
 TEST(OclgrindCoverage, IsAllKernels) {
     Names expected, kernels;
     for (const Names& names :
-         {kIrradiance, kUngridded, kUnclamped, kGather, kPath, kTraversal, kFormulas, kCache, kEchoSizes, kGrid,
-          kShapes, kLights, kBsdfs, kTextures, kRadianceHarmonics, kRadianceTests, kProbes, kPoints, kSamplePoints})
+         {kIrradiance,    kUngridded, kUnclamped, kUnderSky,    kGather, kPath,  kTraversal, kFormulas,
+          kCache,         kEchoSizes, kGrid,      kShapes,      kLights, kBsdfs, kTextures,  kRadianceHarmonics,
+          kRadianceTests, kProbes,    kPoints,    kSamplePoints})
         expected.insert(names.begin(), names.end());
     const std::regex kernel("IR_KERNEL void ([a-z_0-9]+)\\("), formula("\nIR_FORMULA\\(([a-z_0-9]+),");
     for (const device::EmbeddedFile* f = device::embedded_files(); f->name != nullptr; ++f) {

@@ -88,6 +88,7 @@ TEST(CheckLights, EnvironmentPicture) {
             {"less than 2 rows", [](Scene& s) { s.lights[3].texture = 2; }},
             {"tables are outside", [](Scene& s) { s.texels.pop_back(); }},
             {"tables are outside", [](Scene& s) { s.lights[3].table = 0xffffffffu; }},
+            {"light 3: what is seen of an environment", [](Scene& s) { s.lights[3].view = 9; }},
             {"texture 3: a texel is not finite", [](Scene& s) { s.texels[s.textures[3].offset + 5] = 0x7fc00000u; }},
             {"texture 3: a texel is outside [0, 1]", [](Scene& s) { s.materials[1].texture = 3; }},
             {"descends", put(0, 1.5f)},

@@ -59,6 +59,7 @@ struct Case {
     float pixel_error;
     bool glossy;
     int launches;  // about: a test that never interrupts would pass
+    bool sky = false;
 };
 
 class Checkpoints : public ::testing::TestWithParam<Case> {};
@@ -67,7 +68,8 @@ class Checkpoints : public ::testing::TestWithParam<Case> {};
 // many interruptions of one render, at different places.
 TEST_P(Checkpoints, GoOnToTheSameBytes) {
     const Case& c = GetParam();
-    const Scene scene = load_text(room(c.glossy ? glossy_floor() : std::string(grey_floor), ""));
+    const Scene scene =
+        load_text(c.sky ? window_room(64) : room(c.glossy ? glossy_floor() : std::string(grey_floor), ""));
     RenderSettings s;
     s.method = c.method;
     s.spp = c.spp;
@@ -137,6 +139,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, Checkpoints,
                          ::testing::Values(Case{"irradiance", Method::irradiance, 300, 0, false, 80},
                                            Case{"adaptive", Method::irradiance, 256, .02f, false, 80},
                                            Case{"radiance", Method::radiance, 64, .05f, true, 80},
+                                           Case{"sky", Method::irradiance, 64, .05f, false, 80, true},
                                            Case{"path", Method::path, 300, 0, false, 30},
                                            Case{"gather", Method::gather, 3, 0, false, 20}),
                          [](const auto& c) { return std::string(c.param.name); });

@@ -1,6 +1,6 @@
 // Same seed, device and flags: the same bytes, whatever the number of threads; and both traversals see one scene.
 #include "irradia/Metrics.h"
-#include "render_fixture.h"
+#include "room.h"
 
 namespace irradia::test {
 namespace {
@@ -30,6 +30,14 @@ TEST_P(Determinism, ThreadsDoNotChangeABit) {
 }
 INSTANTIATE_TEST_SUITE_P(Methods, Determinism,
                          ::testing::Values(Method::irradiance, Method::radiance, Method::gather, Method::path));
+
+TEST(DeterminismUnderASky, ThreadsDoNotChangeABit) {
+    const Scene scene = load_text(window_room(40));
+    RenderSettings settings;
+    settings.spp = 64;
+    EXPECT_EQ(run(scene, settings, threads(1)).image.layers[0].data,
+              run(scene, settings, threads(2)).image.layers[0].data);
+}
 
 // The one-ray BVH2 traversal of GPU devices, run here on the CPU: the same random numbers meet the same surfaces, but
 // for rays through edges and rounding, so they differ by a small part of what another seed changes.

@@ -37,6 +37,29 @@ inline std::string room(const std::string& floor, const std::string& things) {
            things + "</scene>";
 }
 
+// A closed room but for a window in its right wall, a quarter of it each way, under an environment picture (a
+// chessboard).
+inline std::string window_room(int size) {
+    const std::string grey =
+        R"(<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value=".6,.55,.5"/></bsdf></bsdf>)";
+    const auto wall = [&](const std::string& transform) {
+        return R"(<shape type="rectangle"><transform name="to_world">)" + transform + "</transform>" + grey +
+               "</shape>";
+    };
+    const std::string right = R"(<rotate y="1" angle="-90"/><translate x="1"/>)";
+    std::string pieces;  // around the window: below, above, and its sides
+    for (const char* piece :
+         {R"(<scale x="1" y=".375"/><translate y="-.625"/>)", R"(<scale x="1" y=".375"/><translate y=".625"/>)",
+          R"(<scale x=".375" y=".25"/><translate x="-.625"/>)", R"(<scale x=".375" y=".25"/><translate x=".625"/>)"})
+        pieces += wall(piece + right);
+    return R"(<scene version="3.0.0">)" + sensor(size, "-.2,0.1,.95", "0.1,-.1,-1", 80) +
+           wall(R"(<rotate x="1" angle="-90"/><translate y="-1"/>)") +
+           wall(R"(<rotate x="1" angle="90"/><translate y="1"/>)") + wall(R"(<translate z="-1"/>)") +
+           wall(R"(<translate z="1"/>)") + wall(R"(<rotate y="1" angle="90"/><translate x="-1"/>)") + pieces +
+           R"(<emitter type="envmap"><string name="filename" value=")" + project_scene("textures/tiles.png") +
+           R"("/><float name="scale" value="4"/></emitter></scene>)";
+}
+
 inline const char* const grey_floor =
     R"(<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value=".5"/></bsdf></bsdf>)";
 

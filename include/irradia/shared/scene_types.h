@@ -145,7 +145,7 @@ typedef struct IR_ALIGNED_16 Light {
                         // otherwise IR_NO_TEXTURE
     uint primitive;     // textured area lights: the primitive that carries the texture coordinates
     uint table;         // envmap: where its sampling tables begin in `texels` (cl/environment.h)
-    uint pad0;
+    uint view;          // envmap: where the tables of what is seen of it begin there (cl/sky_view.h); 0: nothing is known
 } Light;  // 96 bytes
 
 // ---- camera, film, the rest -------------------------------------------------------------------------------------

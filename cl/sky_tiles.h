@@ -1,0 +1,10 @@
+// Tiles of an environment picture (sky_view.h).
+#ifndef IR_SKY_TILES_H
+#define IR_SKY_TILES_H
+#include "irradia/shared/sky_types.h"
+#include "portable.h"
+
+// Of `count` columns or rows, those from tile_begin(t) to before tile_begin(t + 1) are tile t's.
+IR_FN uint tile_of(uint i, uint tiles, uint count) { return i * tiles / count; }
+IR_FN uint tile_begin(uint tile, uint tiles, uint count) { return (tile * count + tiles - 1u) / tiles; }
+#endif
