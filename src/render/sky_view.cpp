@@ -23,7 +23,7 @@ namespace {
 using host::tile_begin;
 
 constexpr float cells_across = 32;  // finest cells along the scene's longest side
-// One path for so many samples of the picture, which is a hundredth of the time they take.
+// One path for so many samples of the picture: a twentieth of the time.
 constexpr std::size_t samples_a_path = 8, most_paths = std::size_t{1} << 20;
 // Before, so many are asked whether there is anything to learn: where more than half of the directions from what the
 // camera sees are open, other samples are hardly better, and the paths are time lost.
@@ -35,7 +35,6 @@ constexpr std::uint32_t least_known = 16;  // paths that left from a cell that i
 constexpr double of_parent = 16;
 
 using Tiles = std::array<std::uint32_t, IR_SKY_TILES>;
-
 using Shares = std::array<double, IR_SKY_TILES>;
 
 std::uint32_t total(const Tiles& tiles) { return std::accumulate(tiles.begin(), tiles.end(), 0u); }
