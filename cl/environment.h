@@ -6,8 +6,8 @@
 // There are `width` cells in a row, cell i between the columns i and i + 1, and `rows` = height - 1 rows of them.
 //
 // Cells are chosen in proportion to their flux (the integral of the bilinear luminance over solid angle), or of what is
-// seen of it from the surface (sky_view.h), and a direction within one uniformly in solid angle. Tables, floats at Light.table of the texel array (made by
-// src/scene/environment.cpp):
+// seen of it from the surface (sky_view.h), and a direction within one uniformly in solid angle. Tables, floats at
+// Light.table of the texel array (made by src/scene/environment.cpp):
 //   rows           inclusive running sum of the rows' probabilities; the last is 1
 //   rows + 1       1 - |cos| of the polar angle of every row of texels: near the poles that is what float32 can hold
 //   rows           1 / solid angle of one of the row's cells, sr⁻¹
@@ -69,7 +69,7 @@ IR_FN real3 picture_radiance(const SceneData* s, const Texture* picture, Picture
 
 // The running sums of a row's cells, in the array of texels.
 IR_FN uint picture_cells(const Light* map, const Texture* picture, uint row) {
-    return map->table + 3u * (picture->height - 1u) + 1u + row * picture->width;
+    return cell_sums(map->table, picture->width, picture->height - 1u, row);
 }
 
 // The i-th of the running sums at `first` less the one before: exact, and what a search for random numbers meets.

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "irradia/Renderer.h"
+#include "render/run.h"
 
 namespace irradia {
 
@@ -11,7 +12,7 @@ namespace irradia {
 double expected_rays(const Scene& scene, const RenderSettings& s) {
     if (s.target_error > 0 || s.time_limit > 0) return std::numeric_limits<double>::infinity();
     const double pixels = static_cast<double>(scene.info.width) * scene.info.height;
-    const double most = s.spp > 0 ? s.spp : scene.sample_count;
+    const double most = asked_spp(scene, s);
     const double hemisphere = static_cast<double>(s.hemisphere_m) * s.hemisphere_n;
     constexpr double path = 8;  // rays of one that ends by chance, with those to lamps
     if (s.method == Method::path) return pixels * most * path;

@@ -116,8 +116,7 @@ struct Renderer::Impl {
     RenderResult view(bool resumed) {
         std::vector<std::uint32_t> record_pixels;
         RenderResult result;
-        if (given.method != Method::path)  // the etalon learns nothing
-            learn_sky(run, given.spp > 0 ? static_cast<std::uint32_t>(given.spp) : run.scene.sample_count, !resumed);
+        if (given.method != Method::path) learn_sky(run, asked_spp(run.scene, given), !resumed);  // the etalon does not
         if (searches(given)) {
             record_pixels = search->run(result.error.emplace());
         } else {

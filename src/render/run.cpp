@@ -13,6 +13,10 @@ using Counters = std::array<std::uint32_t, IR_COUNTER_SETS * IR_COUNTER_STRIDE>;
 static_assert(IR_COUNTERS <= IR_COUNTER_STRIDE);
 }  // namespace
 
+std::uint32_t asked_spp(const Scene& scene, const RenderSettings& settings) {
+    return settings.spp > 0 ? static_cast<std::uint32_t>(settings.spp) : std::max(scene.sample_count, 1u);
+}
+
 Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& settings_in, const ProgressCallback& progress)
     : scene(scene_in),
       device(device_in),
@@ -48,7 +52,7 @@ Run::Run(const Scene& scene_in, Device& device_in, const RenderSettings& setting
 
 void Run::clear_statistics() {
     statistics = {};
-    statistics.spp = settings.spp > 0 ? settings.spp : static_cast<int>(std::max(scene.sample_count, 1u));
+    statistics.spp = static_cast<int>(asked_spp(scene, settings));
     statistics.rays = {{"camera", 0}, {"hemisphere", 0}, {"bounce", 0}, {"shadow", 0}};
 }
 

@@ -15,6 +15,9 @@
 
 namespace irradia {
 
+/// Samples a pixel that are asked for.
+[[nodiscard]] std::uint32_t asked_spp(const Scene& scene, const RenderSettings& settings);
+
 class Run {
 public:
     Run(const Scene& scene, Device& device, const RenderSettings& settings, const ProgressCallback& progress);

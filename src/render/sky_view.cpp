@@ -88,7 +88,7 @@ struct Picture {
     Shares mean{}, angle{};  // angle: the tile's share of all directions
 
     explicit Picture(const Scene& scene) {
-        const std::size_t table = sky_of(scene).table;
+        const std::uint32_t table = sky_of(scene).table;
         const std::uint32_t width = picture_of(scene).width, rows = picture_of(scene).height - 1;
         const auto sum = [&](std::size_t first, std::size_t i) {  // of those before the i-th
             return i == 0 ? 0.0 : static_cast<double>(std::bit_cast<float>(scene.texels[first + i - 1]));
@@ -98,8 +98,8 @@ struct Picture {
             const std::uint32_t begin = tile_begin(j, IR_SKY_COLUMNS, width),
                                 end = tile_begin(j + 1, IR_SKY_COLUMNS, width);
             double running = 0;
-            for (std::size_t row = 0; row < rows; ++row) {
-                const std::size_t cells = table + 3 * std::size_t{rows} + 1 + row * width;
+            for (std::uint32_t row = 0; row < rows; ++row) {
+                const std::size_t cells = host::cell_sums(table, width, rows, row);
                 running += (sum(table, row + 1) - sum(table, row)) * (sum(cells, end) - sum(cells, begin));
                 bands.push_back(static_cast<float>(running));
             }

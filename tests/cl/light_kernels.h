@@ -194,11 +194,11 @@ inline Vec picture_direction(double u, double v) {
 }
 
 /// Samples of an environment picture, the one light, at p, normal n, against their density. Bins: quarters of the
-/// picture's cells, in which the density is constant; those that expect fewer than ten samples are one together.
-/// Pearson's chi-square of k bins has mean k - 1 and variance 2 (k - 1): a limit of 5 standard deviations. Returns the
-/// directions.
-inline std::vector<Vec> expect_samples_of_density(const Scene& scene, int width, int height, const Vec& p,
-                                                  const Vec& n) {
+/// picture's cells, in which the density is constant; each expects more than five samples, or, with `rare`, those that
+/// do not are one bin together. Pearson's chi-square of k bins has mean k - 1 and variance 2 (k - 1): a limit of 5
+/// standard deviations.
+inline void expect_samples_of_density(const Scene& scene, int width, int height, const Vec& p, const Vec& n,
+                                      bool rare) {
     const shared::Light& light = scene.lights.at(0);
     const Vec axes[3] = {
         {light.e1x, light.e1y, light.e1z}, {light.e2x, light.e2y, light.e2z}, {light.nx, light.ny, light.nz}};
@@ -221,9 +221,10 @@ inline std::vector<Vec> expect_samples_of_density(const Scene& scene, int width,
     std::vector<double> counts(bins.size());
     std::size_t off = 0;
     std::vector<Vec> directions;
-    for (const Sample& s : kernels.samples(p, n, random_pairs(kSamples, 11))) {
-        EXPECT_TRUE(s.valid);
-        EXPECT_NEAR(length(s.direction), 1, 1e-6);
+    const std::vector<Sample> samples = kernels.samples(p, n, random_pairs(kSamples, 11));
+    for (const Sample& s : samples) {
+        ASSERT_TRUE(s.valid);
+        ASSERT_NEAR(length(s.direction), 1, 1e-6);
         EXPECT_EQ(s.cosine, 1);
         const Vec d{dot(s.direction, axes[0]), dot(s.direction, axes[1]), dot(s.direction, axes[2])};
         double u = std::atan2(d[0], -d[2]) / (2 * kPi) - 0.5 / width;
@@ -235,33 +236,30 @@ inline std::vector<Vec> expect_samples_of_density(const Scene& scene, int width,
         directions.push_back(s.direction);
     }
     EXPECT_LE(off, kSamples / 10000);  // directions that rounding moved across the border of a cell
-    double chi_square = 0, rare = 0, rare_expected = 0, degrees = -1;
+    double chi_square = 0, degrees = -1, rare_count = 0, rare_expected = 0;
+    const auto add_bin = [&](double count, double expected) {
+        EXPECT_GT(expected, 5);
+        chi_square += (count - expected) * (count - expected) / expected;
+        ++degrees;
+    };
     for (std::size_t i = 0; i < bins.size(); ++i) {
         const double expected = kSamples * bins[i].density * angles[i];
-        if (expected < 10) {
-            rare += counts[i];
+        if (rare && expected <= 5) {
+            rare_count += counts[i];
             rare_expected += expected;
-            continue;
+        } else {
+            add_bin(counts[i], expected);
         }
-        chi_square += (counts[i] - expected) * (counts[i] - expected) / expected;
-        ++degrees;
     }
-    if (rare_expected > 10) {
-        chi_square += (rare - rare_expected) * (rare - rare_expected) / rare_expected;
-        ++degrees;
-    } else {
-        EXPECT_LE(rare, rare_expected + 5 * std::sqrt(rare_expected) + 3);
-    }
+    if (rare) add_bin(rare_count, rare_expected);
     ::testing::Test::RecordProperty("chi_square", std::to_string(chi_square));
     EXPECT_LT(chi_square, degrees + 5 * std::sqrt(2 * degrees));
     EXPECT_GT(chi_square, degrees - 5 * std::sqrt(2 * degrees));
 
     // A sample's radiance is that of its direction.
     const std::vector<Environment> found = kernels.environment(directions, n, p);
-    const std::vector<Sample> samples = kernels.samples(p, n, random_pairs(kSamples, 11));
     for (std::size_t i = 0; i < found.size(); i += 37)
         EXPECT_NEAR(samples[i].radiance[1] * samples[i].density, found[i].radiance[1], 2e-4);
-    return directions;
 }
 
 /// Samples made together against those made alone: the same but for rounding.

@@ -1,24 +1,20 @@
 // Light samples of a sky by what is seen of it, in whole pictures: the same means as without, and less noise. A room
-// with a window against path tracing, which does not learn; under an open sky, closed forms.
+// with a window against path tracing, which does not learn.
 #include "room.h"
 
 namespace irradia::test {
 namespace {
 
-RenderSettings settings_of(Method method, bool learn, int spp, std::uint64_t seed = 0) {
+RenderSettings settings_of(Method method, bool learn, int spp) {
     RenderSettings s;
     s.method = method;
     s.learn_sky = learn;
     s.spp = spp;
-    s.seed = seed;
     return s;
 }
 
-/// Mean of the picture's green.
-double mean_of(const Image& image) { return channel_mean(image, 1).mean; }
-
-/// Means of `parts` pictures of other seeds, and half of the mean square of the difference of neighbours among them:
-/// the variance of a picture.
+/// Means of the green of `parts` pictures of other seeds, and half of the mean square of the difference of neighbours
+/// among them: the variance of a picture.
 struct Pictures {
     double mean = 0, error = 0, variance = 0;
 };
@@ -29,7 +25,7 @@ Pictures pictures(const Scene& scene, RenderSettings s, int parts) {
     for (int i = 0; i < parts; ++i) {
         s.seed = static_cast<unsigned>(7 + i);
         Image image = run(scene, s).image;
-        means.push_back(mean_of(image));
+        means.push_back(channel_mean(image, 1).mean);
         p.mean += means.back() / parts;
         if (i % 2 == 1) {
             const auto &a = before.layers[0].data, &b = image.layers[0].data;
