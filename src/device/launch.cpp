@@ -8,9 +8,9 @@
 
 namespace irradia::device {
 namespace {
-// Of a part, at least: enqueueing one takes 5 microseconds.
-constexpr double part_seconds = 1e-4;
-constexpr std::size_t part_bytes = std::size_t{1} << 20;
+// Of a part, at least: enqueueing one takes 4 to 6 microseconds.
+constexpr double part_seconds = 2.5e-5;
+constexpr std::size_t part_bytes = std::size_t{1} << 18;
 }  // namespace
 
 SharedLaunch::SharedLaunch(cl_context context, cl_device_id device, cl_command_queue first, int threads)
@@ -27,11 +27,11 @@ SharedLaunch::~SharedLaunch() {
     for (std::size_t i = 1; i < queues_.size(); ++i) clReleaseCommandQueue(queues_[i]);
 }
 
-// [0, count) in parts, large ones first, so that all threads end at about the same time: a half of what is left for
-// each.
-template <class F>
-cl_int SharedLaunch::share(std::size_t count, std::size_t least, const F& work_on) {
-    const std::size_t threads = std::clamp<std::size_t>(count / least, 1, queues_.size());
+// [0, count) in parts, large ones first, so that all threads end at about the same time: three quarters of each one's
+// share of what is left, or least() at least.
+template <class Least, class F>
+cl_int SharedLaunch::share(std::size_t count, const Least& least, const F& work_on) {
+    const std::size_t threads = std::clamp<std::size_t>(count / least(), 1, queues_.size());
     std::atomic<std::size_t> next = 0, arrived = 0;
     std::atomic<cl_int> outcome = CL_SUCCESS;
     const auto work = [&] {
@@ -41,7 +41,7 @@ cl_int SharedLaunch::share(std::size_t count, std::size_t least, const F& work_o
             do {
                 if (first >= count) return;
                 const std::size_t left = count - first;
-                part = threads == 1 ? left : std::min(left, std::max(least, left / (2 * threads)));
+                part = threads == 1 ? left : std::min(left, std::max(least(), 3 * left / (4 * threads)));
             } while (!next.compare_exchange_weak(first, first + part));
             if (queue == nullptr) queue = queues_[arrived++];
             cl_int status = work_on(queue, first, part);
@@ -55,21 +55,27 @@ cl_int SharedLaunch::share(std::size_t count, std::size_t least, const F& work_o
 }
 
 cl_int SharedLaunch::run(const std::string& name, cl_kernel kernel, std::size_t groups, std::size_t group_size) {
-    double& seconds = group_seconds_[name];
-    const std::size_t least =
-        seconds > 0 ? static_cast<std::size_t>(std::min(part_seconds / seconds, 1e9)) : groups / (8 * queues_.size());
-    std::atomic<double> sum = 0;
+    double& known = group_seconds_[name];
+    std::atomic<double> sum = 0;  // of `ended` groups and perhaps others
+    std::atomic<std::size_t> ended = 0;
+    const auto least = [&] {  // by what this launch's first parts took, or else the launch before
+        const std::size_t n = ended;
+        const double seconds = n > 0 ? sum / static_cast<double>(n) : known;
+        const std::size_t groups_a_part = seconds > 0 ? static_cast<std::size_t>(std::min(part_seconds / seconds, 1e9))
+                                                      : groups / (8 * queues_.size());
+        return std::max<std::size_t>(groups_a_part, 1);
+    };
     const std::size_t local[3] = {group_size, 1, 1};
-    const cl_int status = share(
-        groups, std::max<std::size_t>(least, 1), [&](cl_command_queue queue, std::size_t first, std::size_t count) {
-            const std::size_t offset[3] = {0, 0, first + 1}, items[3] = {group_size, 1, count};
-            const auto start = std::chrono::steady_clock::now();
-            const cl_int done = clEnqueueNDRangeKernel(queue, kernel, 3, offset, items, local, 0, nullptr, nullptr);
-            const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-            sum += taken.count();
-            return done;
-        });
-    seconds = sum / static_cast<double>(groups);
+    const cl_int status = share(groups, least, [&](cl_command_queue queue, std::size_t first, std::size_t count) {
+        const std::size_t offset[3] = {0, 0, first + 1}, items[3] = {group_size, 1, count};
+        const auto start = std::chrono::steady_clock::now();
+        const cl_int done = clEnqueueNDRangeKernel(queue, kernel, 3, offset, items, local, 0, nullptr, nullptr);
+        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+        sum += taken.count();
+        ended += count;
+        return done;
+    });
+    known = sum / static_cast<double>(groups);
     return status;
 }
 
@@ -80,7 +86,8 @@ cl_int SharedLaunch::place(cl_mem buffer) {
 
 cl_int SharedLaunch::fill(cl_mem buffer, cl_uint word, std::size_t bytes) {
     const std::size_t parts = (bytes + part_bytes - 1) / part_bytes;
-    return share(parts, 1, [&](cl_command_queue queue, std::size_t first, std::size_t count) {
+    const auto one = [] { return std::size_t{1}; };
+    return share(parts, one, [&](cl_command_queue queue, std::size_t first, std::size_t count) {
         const std::size_t begin = first * part_bytes, end = std::min(bytes, (first + count) * part_bytes);
         return clEnqueueFillBuffer(queue, buffer, &word, sizeof word, begin, end - begin, 0, nullptr, nullptr);
     });

@@ -28,8 +28,8 @@ public:
     cl_int fill(cl_mem buffer, cl_uint word, std::size_t bytes);
 
 private:
-    template <class F>
-    cl_int share(std::size_t count, std::size_t least, const F& work_on);
+    template <class Least, class F>
+    cl_int share(std::size_t count, const Least& least, const F& work_on);
 
     std::vector<cl_command_queue> queues_;         // of the calling thread, and of the pool's
     std::map<std::string, double> group_seconds_;  // of one thread, when the kernel ran last

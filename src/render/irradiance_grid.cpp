@@ -113,6 +113,7 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
         if (full()) return false;
         run_.report("grid", 0);
     }
+    const std::size_t cell_group = run_.device.group_size();
     std::uint32_t cells = 0;
     for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
         const std::uint32_t end = first_word(taken);
@@ -124,7 +125,7 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
             .arg(overflow_)
             .arg(cells)
             .arg(end - cells)
-            .run(group_count(end - cells, group), group);
+            .run(group_count(end - cells, cell_group), cell_group);
         cells = end;
     }
     if (full()) return false;
@@ -133,7 +134,7 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
 }
 
 void IrradianceGrid::make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells) {
-    const std::size_t group = run_.device.pixel_group(), groups = group_count(std::max(cells, 1u), group);
+    const std::size_t group = run_.device.group_size(), groups = group_count(std::max(cells, 1u), group);
     Buffer count = run_.device.allocate(sizeof(std::uint32_t));
     run_.device.fill(count, 0, sizeof(std::uint32_t));
     run_.device.kernel("fill_grid.cl", "count_grid_answers", run_.scene_defines())
