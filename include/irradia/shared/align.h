@@ -3,6 +3,9 @@
 #ifndef IRRADIA_SHARED_ALIGN_H
 #define IRRADIA_SHARED_ALIGN_H
 
+#if defined(__CUDACC__)
+typedef unsigned int uint;  // of all shared structs: nvcc has it from sys/types.h, NVRTC has not
+#endif
 #if defined(__OPENCL_VERSION__) || defined(__CUDACC__)
 #define IR_ALIGNED_16 __attribute__((aligned(16)))
 #else
