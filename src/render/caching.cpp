@@ -1,10 +1,10 @@
 // Irradiance and radiance caching. The image is cut into 16x16 blocks; iteration `it` is one pixel of every block.
-// Iterations are taken in steps (iteration_order.h), of one at first and of many at last, and a step in rounds:
+// Iterations are taken in steps (iteration_order.h), of one at first and of many at last, in rounds:
 //   1. find_misses         a camera ray; at its diffuse hit look into the octree; without enough records the point goes
 //                          on a list, from which one of a tile at most goes on the record stack;
 //   2. sample_hemispheres  one record for every point on the stack;
 //   3. insert_records      neighbour clamp, then into the octree, which the next round looks into, for the points that
-//                          have been left, until none wants a record.
+//                          have been left, along with the next step's, until none wants a record.
 // Radiance caching does the same once more for the glossy parts of surfaces, with records of its own.
 // Before them the irradiance grid is filled, which answers the hemispheres' second bounce. After the 256 iterations
 // every pixel is shaded with all its samples. Where a sample finds no record, because clamping un-covered it or because

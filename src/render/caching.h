@@ -78,7 +78,8 @@ private:
     void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);
     void make_lobe_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);
     void place_records();
-    void place_round(PointList& points, PointList& lobe_points);
+    void take_step();
+    void place_round(PointList& points, PointList& lobe_points, std::uint32_t tile);
     void settle_disagreements();
     RecordStack choose(const Missed& missed, Made& made) const;
 
@@ -106,8 +107,8 @@ private:
 
     // The view being rendered.
     Stage stage_ = Stage::records;
-    std::uint32_t iteration_ = 0, settled_ = 0;  // done
-    PixelList left_, left_lobes_;                // pixels of the present step of iterations that may want more
+    std::uint32_t iteration_ = 0, settled_ = 0;  // iterations begun, rounds done
+    PixelList left_, left_lobes_;                // pixels of those iterations that may want more
     std::uint32_t round_ = 1;                    // of shading: the next one that makes records
     Known before_;                               // it
     std::optional<SampleSchedule> schedule_;

@@ -29,12 +29,16 @@ constexpr BlockPixel block_pixel(std::uint32_t it) {
     return {static_cast<std::uint32_t>(x + 16) % 16u, static_cast<std::uint32_t>(y + 16) % 16u};
 }
 
-/// Iterations are taken in steps: [it, step_end(it)) at once. The first records are one a block each, far apart. When
-/// pixels four, and at last two, apart are looked at few want more, and those of many iterations together keep a device
-/// busy where those of one would not.
-constexpr std::uint32_t step_end(std::uint32_t it) { return it < 16 ? it + 1 : it < 64 ? it + 16 : it + 64; }
+/// Iterations are taken in steps: [it, step_end(it)) at once. The first records are one a block each, far apart. Then
+/// each step has as many iterations as came before, and later ones 16 and 64: few of their pixels want a record, and
+/// those of many iterations together keep a device busy where those of one would not.
+constexpr std::uint32_t step_end(std::uint32_t it) {
+    return it == 0 ? 1 : it < 16 ? 2 * it : it < 64 ? it + 16 : it + 64;
+}
 
-/// Edge in pixels of the tiles of which one pixel gets a record at once, in the step that begins with iteration `it`.
-constexpr std::uint32_t step_tile(std::uint32_t it) { return it < 16 ? block_edge : 8; }
+/// Edge in pixels of the tiles of which one pixel gets a record at once, where iterations before `end` have begun.
+constexpr std::uint32_t step_tile(std::uint32_t end) { return end <= 16 ? block_edge : 8; }
+/// Of what is left after the last step: pixels that want a record of their own mostly, in creases.
+constexpr std::uint32_t rest_tile = 2;
 
 }  // namespace irradia

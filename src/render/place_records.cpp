@@ -102,24 +102,36 @@ void CachingRenderer::Caching::place_records() {
     std::size_t most = 0;
     for (std::uint32_t it = 0; it < iteration_count; it = step_end(it))
         most = std::max<std::size_t>(most, step_end(it) - it);
-    const std::size_t blocks = block_count(width, height);
-    PointList points(run_.device, most * blocks), lobe_points(run_.device, radiance_ ? most * blocks : 0);
-    while (iteration_ < iteration_count) {
+    const std::size_t blocks = block_count(width, height), room = (most + 1) * blocks;
+    PointList points(run_.device, room), lobe_points(run_.device, radiance_ ? room : 0);
+    const auto left = [&] { return left_.size() + left_lobes_.size(); };
+    while (iteration_ < iteration_count || left() > 0) {
         run_.rest();
-        const std::uint32_t end = step_end(iteration_);
-        if (left_.empty() && left_lobes_.empty()) {
-            take_pixels(iteration_, end, width, height, run_.device.host_threads(), left_);
-            if (radiance_) left_lobes_ = left_;
-        }
-        if (!left_.empty() || !left_lobes_.empty()) place_round(points, lobe_points);  // small pictures lack iterations
-        if (!left_.empty() || !left_lobes_.empty()) continue;
-        iteration_ = end;
+        const bool rest = iteration_ == iteration_count;
+        if (!rest && left() <= blocks) take_step();
+        if (left() > 0) place_round(points, lobe_points, rest ? rest_tile : step_tile(iteration_));
         run_.report("records", records_share * iteration_ / iteration_count, record_count());
     }
 }
 
+// The next step's pixels, to be looked at along with those left: a round of few would take threads and GPUs as long.
+void CachingRenderer::Caching::take_step() {
+    const std::uint32_t end = step_end(iteration_);
+    PixelList step;
+    take_pixels(iteration_, end, run_.scene.info.width, run_.scene.info.height, run_.device.host_threads(), step);
+    const auto add_to = [&step](PixelList& left) {
+        PixelList both;
+        both.reserve(left.size() + step.size());
+        std::set_union(left.begin(), left.end(), step.begin(), step.end(), std::back_inserter(both));
+        left = std::move(both);
+    };
+    if (radiance_) add_to(left_lobes_);
+    add_to(left_);
+    iteration_ = end;
+}
+
 // Looks at the pixels left, makes records at some of those that want one, and leaves the others.
-void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_points) {
+void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_points, std::uint32_t tile) {
     PixelList both;
     if (!left_lobes_.empty())
         std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(both));
@@ -133,7 +145,7 @@ void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_po
         .arg(static_cast<std::uint32_t>(asked.size()))
         .run(group_count(asked.size(), run_.device.pixel_group()), run_.device.pixel_group());
     run_.statistics.rays["camera"] += asked.size();
-    const std::uint32_t width = run_.scene.info.width, tile = step_tile(iteration_);
+    const std::uint32_t width = run_.scene.info.width;
     // No more at once than blocks: memory for radiance records' samples is by batch.
     const std::size_t most = block_count(width, run_.scene.info.height);
     points.read();

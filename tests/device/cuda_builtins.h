@@ -1,5 +1,5 @@
-// What cl/ uses of CUDA's own headers, for compilers that read CUDA C++ where no CUDA toolkit is installed: declarations
-// as nvcc has them, nothing to run. Device code that names anything else of CUDA's is not of the dialect.
+// What cl/ uses of CUDA's own headers, for compilers that read CUDA C++ where no CUDA toolkit is installed:
+// declarations as nvcc has them, nothing to run. Device code that names anything else of CUDA's is not of the dialect.
 #ifndef IRRADIA_TESTS_CUDA_BUILTINS_H
 #define IRRADIA_TESTS_CUDA_BUILTINS_H
 #define __host__ __attribute__((host))
@@ -55,7 +55,7 @@ __device__ float fma(float x, float y, float z);
 __device__ float atan2(float y, float x);
 __device__ void sincosf(float x, float* s, float* c);
 __device__ bool isfinite(float x);
-#define CUDA_OF_TYPE(type)                \
+#define CUDA_OF_TYPE(type)               \
     __device__ type min(type a, type b); \
     __device__ type max(type a, type b);
 CUDA_OF_TYPE(int)

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 #include <utility>
+#include <vector>
 
 namespace irradia {
 namespace {
@@ -55,6 +57,34 @@ TEST(IterationOrder, GoesFromCoarseToFine) {
         }
         EXPECT_EQ(seen.size(), count);
     }
+}
+
+// Steps are all iterations, each once; the first fill the lattices of spacing 16 and 8 by halves, and from 16
+// iterations on none looks at pixels of two levels of the order.
+TEST(IterationOrder, StepsAreAllIterationsInOrder) {
+    std::vector<unsigned> ends;
+    for (unsigned it = 0; it < iteration_count; it = step_end(it)) {
+        ASSERT_GT(step_end(it), it);
+        ends.push_back(step_end(it));
+    }
+    EXPECT_EQ(ends.back(), iteration_count);
+    EXPECT_EQ(std::vector(ends.begin(), ends.begin() + 5), (std::vector{1u, 2u, 4u, 8u, 16u}));
+    EXPECT_TRUE(std::find(ends.begin(), ends.end(), 64u) != ends.end());
+    EXPECT_EQ(ends.size(), 11u);
+}
+
+// Coarse to fine, and all of a block's tiles are whole.
+TEST(IterationOrder, TilesShrinkAsStepsGetFiner) {
+    unsigned before = block_edge;
+    for (unsigned it = 0; it < iteration_count; it = step_end(it)) {
+        const unsigned tile = step_tile(step_end(it));
+        EXPECT_LE(tile, before);
+        EXPECT_EQ(block_edge % tile, 0u);
+        before = tile;
+    }
+    EXPECT_EQ(step_tile(1), block_edge);
+    EXPECT_LT(rest_tile, before);
+    EXPECT_EQ(before % rest_tile, 0u);
 }
 
 }  // namespace
