@@ -171,15 +171,9 @@ IR_KERNEL void merge_grid_level(IR_GLOBAL GridSum* sums, GridParameters grid, IR
 // How many of `count` cells have enough estimates to answer.
 IR_KERNEL void count_grid_answers(IR_GLOBAL const GridSum* sums, GridParameters grid, IR_GLOBAL const uint* taken,
                                   IR_GLOBAL uint* answers, uint count) {
-    IR_LOCAL_ARRAY(uint, found, 1);  // of the group
-    if (IR_LOCAL_ID == 0u) found[0] = 0u;
-    IR_BARRIER();
-    if (IR_GLOBAL_ID < count) {
-        grid_send_for(sums, taken + 1u, IR_GLOBAL_ID, count);
-        if (sums[taken[1u + IR_GLOBAL_ID]].samples >= grid.least) IR_ATOMIC_ADD(&found[0], 1u);
-    }
-    IR_BARRIER();
-    if (IR_LOCAL_ID == 0u && found[0] > 0u) IR_ATOMIC_ADD(answers, found[0]);
+    if (IR_GLOBAL_ID >= count) return;
+    grid_send_for(sums, taken + 1u, IR_GLOBAL_ID, count);
+    if (sums[taken[1u + IR_GLOBAL_ID]].samples >= grid.least) IR_ATOMIC_ADD(answers, 1u);
 }
 
 // Means of those of `count` cells that answer, in a table of their own, small enough for a cache; `slots` of it, at least twice as

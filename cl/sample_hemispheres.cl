@@ -12,6 +12,7 @@
 #define IR_SCALAR_LANES 1  // lanes are cells of one ring; Ward and Heckbert's formula takes one cell
 #endif
 #define IR_SKY_WHOLE 1  // hundreds of rays share a record: samples by what is seen would cost more than they mend
+#define IR_COUNTER_GROUPS 1u  // threads sample neighbouring hemispheres at the same time
 #include "film.h"
 #include "indirect.h"
 #include "make_record.h"
@@ -338,11 +339,9 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     for (uint i = item; i < deferred[0]; i += IR_GROUP)
         continue_cell(&s, &view, &q, index, deferred[1u + i], edges, seed, IR_GROUP_CELLS, &rays);
 #endif
-    // Rays are counted up once a group: groups that threads sample at the same time mostly share a set of counters.
-    IR_LOCAL_ARRAY(uint, bounces, IR_GROUP);
-    IR_LOCAL_ARRAY(uint, shadows, IR_GROUP);
-    bounces[item] = rays.bounce;
-    shadows[item] = rays.shadow;
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
+    if (item == 0u) count_up(ray_counts, IR_RAYS_HEMISPHERE, (uint)IR_CELLS);
     IR_CELL_BARRIER();
 #if IR_RADIANCE
     keep_samples(IR_GROUP_CELLS, item, &q, info->diagonal, stride,
@@ -356,17 +355,10 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
     store_sums(scratch, item, own);
     IR_BARRIER();
     for (uint half_size = IR_GROUP / 2u; half_size > 0u; half_size >>= 1) {
-        if (item < half_size) {
-            add_sums(scratch, item, item + half_size);
-            bounces[item] += bounces[item + half_size];
-            shadows[item] += shadows[item + half_size];
-        }
+        if (item < half_size) add_sums(scratch, item, item + half_size);
         IR_BARRIER();
     }
     if (item == 0u) {
-        count_up(ray_counts, IR_RAYS_HEMISPHERE, (uint)IR_CELLS);
-        count_up(ray_counts, IR_RAYS_BOUNCE, bounces[0]);
-        count_up(ray_counts, IR_RAYS_SHADOW, shadows[0]);
         const HemisphereTotals totals = load_totals(scratch);
         const uint coated = q.state >> 8;
         const uint coat = coated == 0u ? 0u : materials[coated - 1u].coat;

@@ -22,7 +22,6 @@ constexpr std::size_t cells_memory = std::size_t{256} << 20;  // bytes of those 
 // 128: without the grid 1.58, 1.45, 1.16, 1.15 G rays/s in a room of 60 k triangles, with it .88, .88, .70, .75.
 constexpr int registers(bool grid) { return grid ? 80 : 64; }
 constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;  // cl/sample_hemispheres.cl, cl/make_record.h
-constexpr std::size_t words_an_item = 3;                     // of local memory besides; on GPUs one a cell, too
 }  // namespace
 
 float neighbour_clamp_slope(const RenderSettings& settings) {
@@ -41,8 +40,8 @@ HemisphereSampler::HemisphereSampler(Run& run, Hemispheres purpose) : run_(run) 
     if (cell_bytes_ > largest_cells)
         throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + ": " + std::to_string(m * n) +
                     " directions, expected at most " + std::to_string(largest_cells / sizeof(float) / floats_a_cell));
-    // GPUs have 48 KiB of local memory: 1152 directions.
-    const std::size_t words = words_an_item * group + (run.device.cpu_traversal() ? 0 : m * n + 1);
+    // GPUs have 48 KiB of local memory: 1203 directions.
+    const std::size_t words = group + (run.device.cpu_traversal() ? 0 : m * n + 1);  // partial sums; paths put off
     global_cells_ = std::max(cell_bytes_, sizeof(float) * floats_a_sum * group) + sizeof(float) * words >
                     run.device.description().local_memory;
     cells_ = run.device.allocate(global_cells_ ? std::max(cell_bytes_, cells_memory) : 0);

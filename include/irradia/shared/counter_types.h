@@ -12,5 +12,7 @@
 
 #define IR_COUNTER_SETS 64u
 #define IR_COUNTER_STRIDE 16u  // words from one set to the next: a cache line
+#ifndef IR_COUNTER_GROUPS
 #define IR_COUNTER_GROUPS 16u  // groups in sequence that share a set
+#endif
 #endif
