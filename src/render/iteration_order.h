@@ -38,7 +38,7 @@ constexpr std::uint32_t step_end(std::uint32_t it) {
 
 /// Edge in pixels of the tiles of which one pixel gets a record at once, where iterations before `end` have begun.
 constexpr std::uint32_t step_tile(std::uint32_t end) { return end <= 16 ? block_edge : 8; }
-/// Of what is left after the last step: pixels that want a record of their own mostly, in creases.
-constexpr std::uint32_t rest_tile = 2;
+/// The same after the last step, of the pixels left: where they are few, most want a record of their own, in creases.
+constexpr std::uint32_t rest_tile(std::size_t left, std::size_t blocks) { return 4 * left <= blocks ? 2 : 4; }
 
 }  // namespace irradia

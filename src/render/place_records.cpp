@@ -109,7 +109,7 @@ void CachingRenderer::Caching::place_records() {
         run_.rest();
         const bool rest = iteration_ == iteration_count;
         if (!rest && left() <= blocks) take_step();
-        if (left() > 0) place_round(points, lobe_points, rest ? rest_tile : step_tile(iteration_));
+        if (left() > 0) place_round(points, lobe_points, rest ? rest_tile(left(), blocks) : step_tile(iteration_));
         run_.report("records", records_share * iteration_ / iteration_count, record_count());
     }
 }

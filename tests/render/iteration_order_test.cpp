@@ -83,8 +83,14 @@ TEST(IterationOrder, TilesShrinkAsStepsGetFiner) {
         before = tile;
     }
     EXPECT_EQ(step_tile(1), block_edge);
-    EXPECT_LT(rest_tile, before);
-    EXPECT_EQ(before % rest_tile, 0u);
+    for (const std::size_t left : {1000u, 251u, 250u, 1u}) {  // 250: a quarter as many as blocks
+        const unsigned tile = rest_tile(left, 1000);
+        EXPECT_LT(tile, 8u);
+        EXPECT_LE(tile, before);
+        EXPECT_EQ(block_edge % tile, 0u);
+        before = tile;
+    }
+    EXPECT_GT(rest_tile(251, 1000), rest_tile(250, 1000));
 }
 
 }  // namespace
