@@ -78,8 +78,7 @@ private:
     void make_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);
     void make_lobe_records(const Buffer& points, const RecordStack& stack, std::uint32_t salt);
     void place_records();
-    void take_step();
-    void place_round(PointList& points, PointList& lobe_points, std::uint32_t tile);
+    void place_round(PixelList& asked, std::uint32_t tile, PointList& points, PointList& lobe_points);
     void settle_disagreements();
     RecordStack choose(const Missed& missed, Made& made) const;
 

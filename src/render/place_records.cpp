@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <span>
 #include <unordered_set>
 
 #include "irradia/Error.h"
@@ -54,14 +55,17 @@ private:
 };
 
 // Of the points that want a record those that get one at once: one of each tile, since a record often covers others,
-// and at most `most`. All others that wanted one are left in `left`, if they were among it.
-RecordStack take(const PointList& points, std::uint32_t width, std::uint32_t tile, std::size_t most, PixelList& left) {
+// and at most `most`. All others that wanted one are left in `left`, if they were among it or `step`, both ascending.
+RecordStack take(const PointList& points, std::uint32_t width, std::uint32_t tile, std::size_t most,
+                 std::span<const std::uint32_t> step, PixelList& left) {
     RecordStack stack;
     PixelList later;
     Tiles tiles(width, tile);
     for (std::size_t i = 0; i < points.points().size(); ++i) {
         const std::uint32_t pixel = points.points()[i].pixel;
-        if (!std::binary_search(left.begin(), left.end(), pixel)) continue;
+        if (!std::binary_search(left.begin(), left.end(), pixel) &&
+            !std::binary_search(step.begin(), step.end(), pixel))
+            continue;
         if (stack.size() < most && tiles.choose(pixel))
             stack.indices.push_back(points.index(i));
         else
@@ -104,38 +108,33 @@ void CachingRenderer::Caching::place_records() {
         most = std::max<std::size_t>(most, step_end(it) - it);
     const std::size_t blocks = block_count(width, height), room = (most + 1) * blocks;
     PointList points(run_.device, room), lobe_points(run_.device, radiance_ ? room : 0);
+    PixelList asked;  // this round
+    asked.reserve(room);
     const auto left = [&] { return left_.size() + left_lobes_.size(); };
     while (iteration_ < iteration_count || left() > 0) {
         run_.rest();
         const bool rest = iteration_ == iteration_count;
-        if (!rest && left() <= blocks) take_step();
-        if (left() > 0) place_round(points, lobe_points, rest ? rest_tile(left(), blocks) : step_tile(iteration_));
+        asked.clear();
+        // Along with those left: a round of few would take threads and GPUs as long.
+        if (!rest && left() <= blocks) {
+            const std::uint32_t end = step_end(iteration_);
+            take_pixels(iteration_, end, width, height, run_.device.host_threads(), asked);
+            iteration_ = end;
+        }
+        const std::uint32_t tile = rest ? rest_tile(left(), blocks) : step_tile(iteration_);
+        if (!asked.empty() || left() > 0)
+            place_round(asked, tile, points, lobe_points);  // small pictures lack iterations
         run_.report("records", records_share * iteration_ / iteration_count, record_count());
     }
 }
 
-// The next step's pixels, to be looked at along with those left: a round of few would take threads and GPUs as long.
-void CachingRenderer::Caching::take_step() {
-    const std::uint32_t end = step_end(iteration_);
-    PixelList step;
-    take_pixels(iteration_, end, run_.scene.info.width, run_.scene.info.height, run_.device.host_threads(), step);
-    const auto add_to = [&step](PixelList& left) {
-        PixelList both;
-        both.reserve(left.size() + step.size());
-        std::set_union(left.begin(), left.end(), step.begin(), step.end(), std::back_inserter(both));
-        left = std::move(both);
-    };
-    if (radiance_) add_to(left_lobes_);
-    add_to(left_);
-    iteration_ = end;
-}
-
-// Looks at the pixels left, makes records at some of those that want one, and leaves the others.
-void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_points, std::uint32_t tile) {
-    PixelList both;
-    if (!left_lobes_.empty())
-        std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(both));
-    const PixelList& asked = left_lobes_.empty() ? left_ : both;
+// Looks at the pixels left and at those of a step, which are in `asked`, makes records at some of those that want one,
+// and leaves the others.
+void CachingRenderer::Caching::place_round(PixelList& asked, std::uint32_t tile, PointList& points,
+                                           PointList& lobe_points) {
+    const std::size_t of_step = asked.size();
+    std::set_union(left_.begin(), left_.end(), left_lobes_.begin(), left_lobes_.end(), std::back_inserter(asked));
+    const std::span<const std::uint32_t> step(asked.data(), of_step);
     run_.device.upload_to(asked_, asked);
     Kernel kernel = run_.scene_kernel("find_misses.cl", "find_misses", miss_defines());
     cache_.bind(kernel, true);
@@ -149,10 +148,10 @@ void CachingRenderer::Caching::place_round(PointList& points, PointList& lobe_po
     // No more at once than blocks: memory for radiance records' samples is by batch.
     const std::size_t most = block_count(width, run_.scene.info.height);
     points.read();
-    make_records(points.buffer(), take(points, width, tile, most, left_), salt(0));
+    make_records(points.buffer(), take(points, width, tile, most, step, left_), salt(0));
     if (radiance_) {
         lobe_points.read();
-        make_lobe_records(lobe_points.buffer(), take(lobe_points, width, tile, most, left_lobes_), salt(0));
+        make_lobe_records(lobe_points.buffer(), take(lobe_points, width, tile, most, step, left_lobes_), salt(0));
     }
     ++run_.statistics.iterations;
 }
