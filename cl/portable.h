@@ -74,8 +74,8 @@ typedef float3 real3;
     } while (0)
 
 #elif defined(__CUDACC__)  // -------------------------------------------------------------------------- CUDA C++
-typedef unsigned int uint;
-typedef unsigned long ulong;  // both as sys/types.h has them, which nvcc (not NVRTC) includes: 64 bits on Linux
+#include "irradia/shared/align.h"  // uint
+typedef unsigned long ulong;  // as sys/types.h has it, which nvcc (not NVRTC) includes: 64 bits on Linux
 #define IR_FN static __device__
 #define IR_INLINE_FN static __device__ __forceinline__
 #define IR_CALL_FN static __device__ __noinline__

@@ -138,7 +138,7 @@ TEST_P(Checkpoints, GoOnToTheSameBytes) {
 INSTANTIATE_TEST_SUITE_P(Methods, Checkpoints,
                          ::testing::Values(Case{"irradiance", Method::irradiance, 300, 0, false, 80},
                                            Case{"adaptive", Method::irradiance, 256, .02f, false, 80},
-                                           Case{"radiance", Method::radiance, 64, .05f, true, 60},
+                                           Case{"radiance", Method::radiance, 1024, .01f, true, 80},
                                            Case{"sky", Method::irradiance, 64, .05f, false, 80, true},
                                            Case{"path", Method::path, 300, 0, false, 30},
                                            Case{"gather", Method::gather, 3, 0, false, 20}),
