@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "core/in_ranges.h"
 #include "core/memory.h"
 #include "device/compile_program.h"
 #include "device/compilers.h"
@@ -138,6 +139,10 @@ void Kernel::run(std::size_t groups, std::size_t group_size) {
     if (event != nullptr) session.track(impl_->name, event);
 }
 
+namespace {
+std::string program_name(const std::string& file, const std::string& options) { return file + "\n" + options; }
+}  // namespace
+
 // ---- device -----------------------------------------------------------------------------------------------------
 
 struct Device::Impl {
@@ -207,6 +212,35 @@ struct Device::Impl {
         compiled.emplace_back(key(file, options), made.program);
         return made.program;
     }
+
+    // Those of `kernels` that are kept, on all of the host's threads. What fails is tried, and told, when it is asked
+    // for.
+    void load(const std::vector<KernelSource>& kernels) {
+        if (session->host_threads < 2 || !(session->shared_launch || is_nvidia())) return;  // other drivers: not tried
+        const auto start = std::chrono::steady_clock::now();
+        struct Load {
+            std::string name, options;
+            device::ProgramKey key;
+            cl_program program = nullptr;
+        };
+        std::vector<Load> loads;
+        for (const KernelSource& k : kernels) {
+            const std::string with = options(k.defines, k.registers), name = program_name(k.file, with);
+            const bool twice = std::any_of(loads.begin(), loads.end(), [&](const Load& l) { return l.name == name; });
+            if (!twice && programs.count(name) == 0) loads.push_back({name, with, key(k.file, with)});
+        }
+        const auto load_one = [&](std::size_t i, std::size_t, std::size_t) {
+            try {
+                loads[i].program = device::kept_program(*session, loads[i].key, loads[i].options);
+            } catch (const std::exception&) {  // memory, say
+            }
+        };
+        in_ranges(session->host_threads, loads.size(), load_one, 1);
+        std::uint64_t loaded = 0;
+        for (const Load& l : loads)
+            if (l.program != nullptr) programs[l.name] = l.program, ++loaded;
+        if (loaded > 0) session->add_time("build", start, loaded);
+    }
 };
 
 std::vector<DeviceDescription> list_devices() {
@@ -247,7 +281,7 @@ std::size_t Device::pixel_group() const noexcept { return impl_->cpu_traversal ?
 Kernel Device::kernel(const std::string& file, const std::string& name,
                       const std::map<std::string, std::string>& defines, int registers) {
     const std::string options = impl_->options(defines, registers);
-    cl_program& program = impl_->programs[file + "\n" + options];
+    cl_program& program = impl_->programs[program_name(file, options)];
     if (program == nullptr) program = impl_->build(file, options);
     cl_int status = CL_SUCCESS;
     cl_kernel k = clCreateKernel(program, name.c_str(), &status);
@@ -269,13 +303,14 @@ Kernel Device::kernel(const std::string& file, const std::string& name,
 }
 
 void Device::expect(const std::vector<KernelSource>& kernels) {
+    impl_->load(kernels);
     if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
     std::vector<device::CompileJob> jobs;
     for (const KernelSource& k : kernels) {
         const std::string options = impl_->options(k.defines, k.registers);
         const device::ProgramKey key = impl_->key(k.file, options);
         const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == key; });
-        if (!twice && impl_->programs.count(k.file + "\n" + options) == 0 && !device::has_program(key))
+        if (!twice && impl_->programs.count(program_name(k.file, options)) == 0 && !device::has_program(key))
             jobs.push_back({key, impl_->sums_of(k.file), options, impl_->expand(k.file)});
     }
     impl_->compilers.reset();
@@ -364,10 +399,12 @@ void Device::write(Buffer& to, const void* data, std::size_t bytes, std::size_t 
         staging.assign(first, first + bytes);
         data = staging.data();  // stays where it is when the vector moves
     }
+    const auto start = std::chrono::steady_clock::now();
     const cl_bool wait = staging.empty() ? CL_TRUE : CL_FALSE;
-    check(clEnqueueWriteBuffer(s.queue, memory_of(to), wait, offset, bytes, data, 0, nullptr, &event),
+    check(s.shares(bytes) ? s.shared_launch->write(memory_of(to), data, bytes, offset)
+                          : clEnqueueWriteBuffer(s.queue, memory_of(to), wait, offset, bytes, data, 0, nullptr, &event),
           "writing " + std::to_string(bytes) + " bytes to the device");
-    s.track("write", event, std::move(staging));
+    event != nullptr ? s.track("write", event, std::move(staging)) : s.add_time("write", start);
 }
 
 void Device::read(const Buffer& from, void* data, std::size_t bytes, std::size_t offset) {
@@ -375,9 +412,12 @@ void Device::read(const Buffer& from, void* data, std::size_t bytes, std::size_t
     if (bytes == 0) return;
     Session& s = *impl_->session;
     cl_event event = nullptr;
-    check(clEnqueueReadBuffer(s.queue, memory_of(from), CL_TRUE, offset, bytes, data, 0, nullptr, &event),
+    const auto start = std::chrono::steady_clock::now();
+    check(s.shares(bytes)
+              ? s.shared_launch->read(memory_of(from), data, bytes, offset)
+              : clEnqueueReadBuffer(s.queue, memory_of(from), CL_TRUE, offset, bytes, data, 0, nullptr, &event),
           "reading " + std::to_string(bytes) + " bytes from the device");
-    s.track("read", event);
+    event != nullptr ? s.track("read", event) : s.add_time("read", start);
     s.harvest();
 }
 
@@ -387,9 +427,12 @@ void Device::copy(const Buffer& from, Buffer& to, std::size_t bytes) {
     if (bytes == 0) return;
     Session& s = *impl_->session;
     cl_event event = nullptr;
-    check(clEnqueueCopyBuffer(s.queue, memory_of(from), memory_of(to), 0, 0, bytes, 0, nullptr, &event),
+    const auto start = std::chrono::steady_clock::now();
+    check(s.shares(bytes)
+              ? s.shared_launch->copy(memory_of(from), memory_of(to), bytes)
+              : clEnqueueCopyBuffer(s.queue, memory_of(from), memory_of(to), 0, 0, bytes, 0, nullptr, &event),
           "copying " + std::to_string(bytes) + " bytes on the device");
-    s.track("copy", event);
+    event != nullptr ? s.track("copy", event) : s.add_time("copy", start);
 }
 
 void Device::fill(Buffer& buffer, std::uint32_t word, std::size_t bytes) {

@@ -10,7 +10,6 @@ namespace irradia::device {
 namespace {
 // Of a part, at least: enqueueing one takes 4 to 6 microseconds.
 constexpr double part_seconds = 2.5e-5;
-constexpr std::size_t part_bytes = std::size_t{1} << 18;
 }  // namespace
 
 SharedLaunch::SharedLaunch(cl_context context, cl_device_id device, cl_command_queue first, int threads)
@@ -84,12 +83,39 @@ cl_int SharedLaunch::place(cl_mem buffer) {
     return status == CL_SUCCESS ? clFinish(queues_[0]) : status;
 }
 
-cl_int SharedLaunch::fill(cl_mem buffer, cl_uint word, std::size_t bytes) {
-    const std::size_t parts = (bytes + part_bytes - 1) / part_bytes;
+template <class F>
+cl_int SharedLaunch::share_bytes(std::size_t bytes, const F& work_on) {
+    const std::size_t parts = (bytes + least_bytes - 1) / least_bytes;
     const auto one = [] { return std::size_t{1}; };
     return share(parts, one, [&](cl_command_queue queue, std::size_t first, std::size_t count) {
-        const std::size_t begin = first * part_bytes, end = std::min(bytes, (first + count) * part_bytes);
-        return clEnqueueFillBuffer(queue, buffer, &word, sizeof word, begin, end - begin, 0, nullptr, nullptr);
+        const std::size_t begin = first * least_bytes, end = std::min(bytes, (first + count) * least_bytes);
+        return work_on(queue, begin, end - begin);
+    });
+}
+
+cl_int SharedLaunch::fill(cl_mem buffer, cl_uint word, std::size_t bytes) {
+    return share_bytes(bytes, [&](cl_command_queue queue, std::size_t begin, std::size_t count) {
+        return clEnqueueFillBuffer(queue, buffer, &word, sizeof word, begin, count, 0, nullptr, nullptr);
+    });
+}
+
+cl_int SharedLaunch::write(cl_mem buffer, const void* data, std::size_t bytes, std::size_t offset) {
+    const auto* const from = static_cast<const unsigned char*>(data);
+    return share_bytes(bytes, [&](cl_command_queue queue, std::size_t begin, std::size_t count) {
+        return clEnqueueWriteBuffer(queue, buffer, CL_TRUE, offset + begin, count, from + begin, 0, nullptr, nullptr);
+    });
+}
+
+cl_int SharedLaunch::read(cl_mem buffer, void* data, std::size_t bytes, std::size_t offset) {
+    auto* const to = static_cast<unsigned char*>(data);
+    return share_bytes(bytes, [&](cl_command_queue queue, std::size_t begin, std::size_t count) {
+        return clEnqueueReadBuffer(queue, buffer, CL_TRUE, offset + begin, count, to + begin, 0, nullptr, nullptr);
+    });
+}
+
+cl_int SharedLaunch::copy(cl_mem from, cl_mem to, std::size_t bytes) {
+    return share_bytes(bytes, [&](cl_command_queue queue, std::size_t begin, std::size_t count) {
+        return clEnqueueCopyBuffer(queue, from, to, begin, begin, count, 0, nullptr, nullptr);
     });
 }
 

@@ -12,6 +12,9 @@ namespace irradia::device {
 
 class SharedLaunch {
 public:
+    /// What a thread takes at a time of memory that is filled or copied: less is not worth another one.
+    static constexpr std::size_t least_bytes = std::size_t{1} << 18;
+
     /// Queues for `threads` threads, `first` one of them. Throws Error.
     SharedLaunch(cl_context context, cl_device_id device, cl_command_queue first, int threads);
     ~SharedLaunch();
@@ -26,8 +29,14 @@ public:
     cl_int place(cl_mem buffer);
     /// `bytes` of the buffer, a multiple of 4, become `word`.
     cl_int fill(cl_mem buffer, cl_uint word, std::size_t bytes);
+    /// Memory to and from buffers, and between two of them.
+    cl_int write(cl_mem buffer, const void* data, std::size_t bytes, std::size_t offset);
+    cl_int read(cl_mem buffer, void* data, std::size_t bytes, std::size_t offset);
+    cl_int copy(cl_mem from, cl_mem to, std::size_t bytes);
 
 private:
+    template <class F>
+    cl_int share_bytes(std::size_t bytes, const F& work_on);
     template <class Least, class F>
     cl_int share(std::size_t count, const Least& least, const F& work_on);
 

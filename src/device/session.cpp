@@ -91,10 +91,10 @@ void Session::harvest() {
     }
 }
 
-void Session::add_time(const std::string& stage, std::chrono::steady_clock::time_point start) {
+void Session::add_time(const std::string& stage, std::chrono::steady_clock::time_point start, std::uint64_t launches) {
     StageTime& s = stages_[stage];
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    ++s.launches;
+    s.launches += launches;
 }
 
 std::map<std::string, StageTime> Session::times() {

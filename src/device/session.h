@@ -28,12 +28,17 @@ public:
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
+    /// So much memory is worth more than one thread.
+    [[nodiscard]] bool shares(std::size_t bytes) const {
+        return shared_launch != nullptr && host_threads > 1 && bytes > SharedLaunch::least_bytes;
+    }
+
     /// Takes over `event`; its time is added to `stage` once it is complete. `staging` is kept alive until then.
     void track(const std::string& stage, cl_event event, std::vector<unsigned char> staging = {});
     /// Adds up the events that are complete, oldest first; waits for none.
     void harvest();
-    /// What a stage has taken since `start`.
-    void add_time(const std::string& stage, std::chrono::steady_clock::time_point start);
+    /// What a stage has taken since `start`, for `launches` of what it does.
+    void add_time(const std::string& stage, std::chrono::steady_clock::time_point start, std::uint64_t launches = 1);
     [[nodiscard]] std::map<std::string, StageTime> times();
 
     void allocated(std::uint64_t bytes);

@@ -16,7 +16,7 @@ void render_path(Run& run, Film& film, SamplePosition& at) {
     const std::size_t chunk =
         std::min(film.pixels(), run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu);
     Buffer buffer = run.device.allocate(chunk * film.channels() * sizeof(float));
-    UntouchedVector<float> sums = filled(run.device.host_threads(), chunk * film.channels(), 0.0f);
+    UntouchedVector<float> sums = run.landing(chunk * film.channels());
     const double total = static_cast<double>(film.pixels()) * run.spp();
     double done = static_cast<double>(film.pixels()) * at.sample +
                   static_cast<double>(at.pixel) * std::min(samples_a_launch, run.spp() - at.sample);

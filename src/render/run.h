@@ -34,6 +34,11 @@ public:
     [[nodiscard]] KernelSource scene_source(const std::string& file, std::map<std::string, std::string> defines) const;
     /// Definitions every kernel that traces rays gets.
     [[nodiscard]] std::map<std::string, std::string> scene_defines() const;
+    /// Memory for what a launch gives back, `count` floats. All threads touch what a GPU's driver, on one thread, will
+    /// copy to; CPU devices share that out.
+    [[nodiscard]] UntouchedVector<float> landing(std::size_t count) const {
+        return device.cpu_traversal() ? UntouchedVector<float>(count) : filled(device.host_threads(), count, 0.0f);
+    }
     /// Another view of the scene: kernels set up from now on see it through this camera.
     void set_camera(const shared::Camera& camera);
     /// What is seen of the sky: kernels set up from now on find `tables` (cl/sky_view.h) behind the scene's texels;

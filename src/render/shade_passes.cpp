@@ -204,7 +204,7 @@ CachingRenderer::Caching::Launch& CachingRenderer::Caching::launch(const Film& f
     const std::size_t items = run_.device.cpu_traversal() ? chunk_ : std::max(chunk_, std::min(items_of_gpus, most));
     launch_.emplace(Launch{run_.device.allocate(items * (film.channels() + 1) * sizeof(float)),
                            PointList(run_.device, items), PointList(run_.device, radiance_ ? items : 0),
-                           filled(run_.device.host_threads(), items * (film.channels() + 1), 0.0f)});
+                           run_.landing(items * (film.channels() + 1))});
     return *launch_;
 }
 

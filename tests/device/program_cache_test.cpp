@@ -50,6 +50,9 @@ protected:
     /// What the kernel writes, by a device of its own.
     static std::uint32_t run(const std::string& factor = "1") {
         Device device({});
+        return run(device, factor);
+    }
+    static std::uint32_t run(Device& device, const std::string& factor) {
         Buffer out = device.allocate(16 * sizeof(std::uint32_t));
         device.kernel("constant.cl", "constant_kernel", {{"IR_FACTOR", factor + "u"}}).arg(out).run(1, 16);
         std::uint32_t value = 0;
@@ -86,6 +89,30 @@ TEST_F(ProgramCache, KeepsWhatWasCompiledAndUsesIt) {
     EXPECT_EQ(run(), 7u);  // a program that came from the cache is not stored again
     ASSERT_EQ(files().size(), 1u);
     EXPECT_EQ(fs::last_write_time(file), written);
+}
+
+// Those that are kept are there once they are expected, though their files are gone; one that is damaged is compiled.
+TEST_F(ProgramCache, LoadsWhatIsExpectedAtOnce) {
+    Device device({});
+    if (device.host_threads() < 2) GTEST_SKIP() << "one thread loads them when they are asked for";
+    std::vector<irradia::KernelSource> expected;
+    for (const std::string factor : {"1", "2", "3", "2"}) {
+        EXPECT_EQ(run(factor), 7 * static_cast<std::uint32_t>(std::stoul(factor)));
+        expected.push_back({"constant.cl", {{"IR_FACTOR", factor + "u"}}});
+    }
+    ASSERT_EQ(files().size(), 3u);
+    write(files()[0], "damaged");
+    device.expect(expected);
+    for (const fs::path& file : files()) fs::remove(file);
+    source("5");  // which only what is not there yet is compiled of
+    int loaded = 0, compiled = 0;
+    for (const std::uint32_t factor : {1u, 2u, 3u}) {
+        const std::uint32_t value = run(device, std::to_string(factor));
+        loaded += value == 7 * factor ? 1 : 0;
+        compiled += value == 5 * factor ? 1 : 0;
+    }
+    EXPECT_EQ(loaded, 2);
+    EXPECT_EQ(compiled, 1);
 }
 
 // A text that declares its built-ins but uses others, and one that does not: PoCL's compiler reads OpenCL's header

@@ -102,6 +102,30 @@ TEST(Threads, LargeBuffersAreFilledToTheLastWord) {
     }
 }
 
+// Threads share out what is larger than 256 kB: to the last byte, and no further, at any offset.
+TEST(Threads, LargeBuffersAreWrittenReadAndCopiedToTheLastByte) {
+    Device device({"", 0, ""});
+    for (const std::size_t bytes : {std::size_t{262144}, std::size_t{262145}, std::size_t{9000001}}) {
+        std::vector<unsigned char> data(bytes);
+        for (std::size_t i = 0; i < bytes; ++i) data[i] = static_cast<unsigned char>(i * 2654435761u >> 13);
+        Buffer a = device.allocate(bytes + 8), b = device.allocate(bytes + 8);
+        for (Buffer* buffer : {&a, &b}) device.fill(*buffer, 0xeeeeeeeeu, (bytes + 8) / 4 * 4);
+        device.write(a, data.data(), bytes, 3);
+        std::vector<unsigned char> read(bytes + 2, 0x55);
+        device.read(a, read.data() + 1, bytes, 3);
+        EXPECT_TRUE(std::equal(data.begin(), data.end(), read.begin() + 1));
+        EXPECT_EQ(read.front(), 0x55);
+        EXPECT_EQ(read.back(), 0x55);
+        device.copy(a, b, bytes);
+        device.finish();
+        std::vector<unsigned char> copied(bytes + 3);
+        device.read(b, copied.data(), copied.size());
+        EXPECT_EQ(std::vector<unsigned char>(copied.begin(), copied.begin() + 3), std::vector<unsigned char>(3, 0xee));
+        EXPECT_TRUE(std::equal(copied.begin() + 3, copied.end() - 3, data.begin()));
+        EXPECT_EQ(std::vector<unsigned char>(copied.end() - 3, copied.end()), std::vector<unsigned char>(3, 0xee));
+    }
+}
+
 TEST(Threads, NegativeIsRefused) {
     try {
         Device d({"", -1, ""});
