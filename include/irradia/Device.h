@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <future>
 #include <map>
 #include <memory>
 #include <string>
@@ -95,6 +96,8 @@ private:
 class Device {
 public:
     explicit Device(const DeviceOptions& options);
+    /// Makes one on a thread of its own: loading a driver takes 20 to 300 ms. What fails is told by get().
+    static std::future<std::unique_ptr<Device>> open_ahead(const DeviceOptions& options);
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;

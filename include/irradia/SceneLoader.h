@@ -56,4 +56,8 @@ struct LoadOptions {
 /// Throws Error with one line "file:line: what was found, what was expected" on bad input.
 Scene load_scene(const std::string& path, const LoadOptions& options = {});
 
+/// Loads what the first load_scene() of a process otherwise does: the libraries that its threads need, which would have to
+/// wait for a driver that another thread is loading.
+void prepare_loading();
+
 }  // namespace irradia

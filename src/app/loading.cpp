@@ -16,8 +16,8 @@ struct Share {
     const char* stage;
     double size;
 };
-constexpr Share kShares[] = {{"parsing", 0.02},  {"meshes", 0.2},     {"textures", 0.05},
-                             {"assembly", 0.05}, {"hierarchy", 0.63}, {"checks", 0.05}};
+constexpr Share kShares[] = {{"parsing", 0.02}, {"meshes", 0.2},     {"textures", 0.05}, {"assembly", 0.05},
+                             {"device", 0},     {"hierarchy", 0.63}, {"checks", 0.05}};
 
 double overall(const std::string& stage, double fraction) {
     double before = 0;

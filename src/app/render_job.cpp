@@ -53,6 +53,7 @@ int RenderJob::run() {
     Log& log = session_.log;
     log.context(context_);
     if (!many_) check_outputs(o_, log);
+    if (!o_.outputs.empty()) session_.expect_device(o_);
     require_records_memory(o_);
     records_ = std::make_unique<CarriedRecords>(o_, [&log](const std::string& text) { log.warn(text); });
     if (o_.outputs.empty()) {  // --pack alone: no device is needed
@@ -89,8 +90,8 @@ int RenderJob::run() {
 void RenderJob::answer_points() {
     Log& log = session_.log;
     const std::vector<IrradiancePoint> points = read_points(o_.points);
-    Device& device = session_.device(o_.device);  // one that is not there is found before a large scene is loaded
     session_.open(o_, 1, !o_.pack.empty());
+    Device& device = session_.device(o_.device);
     if (!o_.pack.empty()) {
         write_packed_scene(o_.pack, session_.scene());
         log.info("wrote " + o_.pack + ": packed scene", {{"output", o_.pack}});
@@ -116,11 +117,10 @@ void RenderJob::answer_points() {
 
 void RenderJob::render_all() {
     Log& log = session_.log;
-    const Device& device = session_.device(o_.device);
-    log.detail("device " + std::to_string(device.description().index) + ": " + device.description().name + " (" +
-               device.description().platform + "), " + (device.cpu_traversal() ? "cpu" : "gpu") + " traversal");
     if (!o_.camera_path.empty()) path_ = read_camera_path(o_.camera_path);
-    checkpoints_ = std::make_unique<Checkpoints>(o_, checkpoint_identity(o_, device));
+    if (many_) session_.device(o_.device);  // if it is not there no frame is tried
+    checkpoints_ = std::make_unique<Checkpoints>(
+        o_, o_.checkpoint.empty() ? CheckpointIdentity{} : checkpoint_identity(o_, session_.device(o_.device)));
     std::optional<Checkpoint> resumed;
     if (checkpoints_->there()) {
         resumed.emplace(checkpoints_->read());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "app/film_size.h"
 #include "app/help.h"
@@ -30,22 +31,61 @@ bool same_film(const Scene& a, const Scene& b) {
 
 RecordOrigin origin_of(const Scene& scene) { return record_origin(scene, RenderSettings{}); }
 
+bool same_device(const DeviceOptions& a, const DeviceOptions& b) {
+    return a.select == b.select && a.threads == b.threads && a.traversal == b.traversal &&
+           a.memory_limit == b.memory_limit;
+}
+
+DeviceOptions with_compiler(DeviceOptions o) {
+    o.compiler = "/proc/self/exe";  // which render_main.cpp makes one
+    return o;
+}
+
 }  // namespace
 
+void Session::expect_device(const Options& options) {
+    const DeviceOptions& o = options.device;
+    if (device_ && same_device(o, device_options_)) return;
+    if (o.threads == 1 ||
+        o.memory_limit > 0) {  // what a driver takes must not come into a limit's reckoning at any time
+        device(o);
+        return;
+    }
+    device_.reset();
+    told_ = false;
+#ifndef IRRADIA_MINIMAL
+    prepare_loading();
+#endif
+    opening_ = Device::open_ahead(with_compiler(o));
+    device_options_ = o;
+}
+
+// Takes what expect_device() has begun to open, or, if it is not to be waited for, once it is there.
+void Session::take_device(bool wait) {
+    const std::lock_guard lock(taking_);
+    if (!opening_.valid()) return;
+    if (!wait && opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+    device_ = opening_.get();
+}
+
 Device& Session::device(const DeviceOptions& o) {
-    const DeviceOptions& d = device_options_;
-    if (!device_ || d.select != o.select || d.threads != o.threads || d.traversal != o.traversal ||
-        d.memory_limit != o.memory_limit) {
+    if (same_device(o, device_options_)) take_device(true);
+    if (!device_ || !same_device(o, device_options_)) {
+        opening_ = {};
         device_.reset();
-        DeviceOptions made = o;
-        made.compiler = "/proc/self/exe";  // which render_main.cpp makes one
-        device_.emplace(made);
+        device_ = std::make_unique<Device>(with_compiler(o));
         device_options_ = o;
+        told_ = false;
+    }
+    if (!std::exchange(told_, true)) {
+        const DeviceDescription& d = device_->description();
+        log.detail("device " + std::to_string(d.index) + ": " + d.name + " (" + d.platform + "), " +
+                   (device_->cpu_traversal() ? "cpu" : "gpu") + " traversal");
     }
     return *device_;
 }
 
-Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, AccelLayouts layouts) {
+Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, bool both_layouts) {
     if (is_packed_scene(o.scene)) {
         if (!o.defines.empty())
             throw Error(o.scene + ": is a packed scene, expected a scene file (.xml) for -D", kBadCommandLine);
@@ -57,7 +97,7 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, A
         return scene;
     }
 #ifdef IRRADIA_MINIMAL
-    (void)layouts, (void)views;
+    (void)both_layouts, (void)views;
     throw Error(o.scene + ": is not a packed scene, expected one (render SCENE.xml --pack FILE on a full build)");
 #else
     LoadOptions load;
@@ -71,6 +111,7 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, A
     load.warn = [&](const std::string& text) { log.warn(text); };
     load.progress = [&](const std::string& stage, double fraction) {
         stop_if_told();
+        take_device(false);  // one that is not there is told before a large scene is loaded
         monitor(stage, fraction);
         require_memory(o.device.memory_limit, 0, "loading (" + stage + ")", kSmallerScene);
     };
@@ -79,6 +120,13 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, A
     };
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
+    if (opening_.valid()) {
+        monitor("device", 0);
+        take_device(true);
+    }
+    const AccelLayouts layouts = both_layouts || !device_   ? AccelLayouts::both
+                                 : device_->cpu_traversal() ? AccelLayouts::bvh8
+                                                            : AccelLayouts::bvh2;
     monitor("hierarchy", 0);
     const double rays = expected_rays(scene, o.settings) * static_cast<double>(views);
     const AccelQuality quality = accel_quality_for(scene, rays, layouts);
@@ -95,12 +143,16 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, A
 
 void Session::open(const Options& o, std::size_t views, bool both_layouts, const std::function<void()>& leave) {
     stop_if_told();
-    const AccelLayouts layouts = both_layouts || !device_   ? AccelLayouts::both
-                                 : device_->cpu_traversal() ? AccelLayouts::bvh8
-                                                            : AccelLayouts::bvh2;
     StageLog stages(log);
     LoadMonitor monitor(&stages, now());
-    Scene fresh = load(o, views, monitor, layouts);
+    Scene fresh = [&] {
+        try {
+            return load(o, views, monitor, both_layouts);
+        } catch (...) {
+            take_device(true);  // if neither can be had it is the device that is told, whichever came first
+            throw;
+        }
+    }();
     monitor.finish();
     set_rfilter(fresh, o.rfilter);
     phases_ = monitor.phases();

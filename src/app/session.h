@@ -1,6 +1,8 @@
 // What the renders of one process share: the log, the device, and what the last scene has read and built.
 #pragma once
+#include <future>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -24,6 +26,8 @@ public:
 
     Log& log;
 
+    /// Begins to open the device that will be asked for, on a thread of its own: meanwhile a scene can be loaded.
+    void expect_device(const Options& options);
     /// The device that the options ask for, opened once.
     Device& device(const DeviceOptions& options);
 
@@ -39,10 +43,14 @@ public:
     [[nodiscard]] std::uint64_t load_peak_bytes() const { return load_peak_bytes_; }
 
 private:
-    Scene load(const Options& o, std::size_t views, LoadMonitor& monitor, AccelLayouts layouts);
+    Scene load(const Options& o, std::size_t views, LoadMonitor& monitor, bool both_layouts);
+    void take_device(bool wait);
 
-    std::optional<Device> device_;
+    std::mutex taking_;  // of what expect_device() has begun, by whichever thread of a loader hears of progress
+    std::future<std::unique_ptr<Device>> opening_;
+    std::unique_ptr<Device> device_;
     DeviceOptions device_options_;
+    bool told_ = false;  // which one it is
     std::unique_ptr<Scene> scene_;
     std::optional<RecordOrigin> origin_;
     Phases phases_;

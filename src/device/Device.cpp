@@ -269,6 +269,11 @@ Device::Device(const DeviceOptions& options) : impl_(std::make_unique<Impl>()) {
     impl_->largest_allocation = device::device_info<cl_ulong>(impl_->session->device.id, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
 }
 
+std::future<std::unique_ptr<Device>> Device::open_ahead(const DeviceOptions& options) {
+    device::prefer_settings();  // here: the environment is not to change while other threads read it
+    return std::async(std::launch::async, [options] { return std::make_unique<Device>(options); });
+}
+
 Device::~Device() = default;
 
 const DeviceDescription& Device::description() const noexcept { return impl_->session->device.description; }

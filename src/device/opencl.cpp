@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdio>
 #include <cstdlib>
+#include <mutex>
 #include <string_view>
 #include <thread>
 
@@ -51,10 +52,6 @@ constexpr const char* specialization = "POCL_WORK_GROUP_SPECIALIZATION";
 /// PoCL 4 calls it cpu-minimal, and takes the old name.
 constexpr const char* drivers = "POCL_DEVICES";
 
-void prefer_settings() {
-    [[maybe_unused]] static const int done = setenv(specialization, "0", 0) + setenv(drivers, "basic", 0);
-}
-
 std::string table(const std::vector<FoundDevice>& devices) {
     std::string text;
     for (const FoundDevice& d : devices) {
@@ -65,6 +62,10 @@ std::string table(const std::vector<FoundDevice>& devices) {
 }
 
 }  // namespace
+
+void prefer_settings() {
+    [[maybe_unused]] static const int done = setenv(specialization, "0", 0) + setenv(drivers, "basic", 0);
+}
 
 unsigned usable_processors() {
     cpu_set_t usable;
@@ -145,6 +146,8 @@ void check(cl_int status, std::string_view doing) {
 }
 
 std::vector<FoundDevice> find_devices() {
+    static std::mutex one_at_a_time;  // PoCL tells a second thread of no device while the first one's call starts it up
+    const std::lock_guard lock(one_at_a_time);
     prefer_settings();
     constexpr const char* hint =
         " (on Debian and Ubuntu, the package pocl-opencl-icd brings one that runs on the CPU; GPUs need their vendor's "

@@ -30,6 +30,9 @@ struct FoundDevice {
 /// one.
 std::vector<FoundDevice> find_devices();
 
+/// Sets what drivers read of the environment when they are loaded, unless the user has; find_devices() does.
+void prefer_settings();
+
 /// Processors that this process may run on.
 unsigned usable_processors();
 

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 #include <tbb/task_arena.h>
 
@@ -405,6 +406,10 @@ Scene load(const std::string& path, const LoadOptions& given) {
 Scene load_scene(const std::string& path, const LoadOptions& options) {
     tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     return arena.execute([&] { return loader::load(path, options); });
+}
+
+void prepare_loading() {
+    tbb::task_arena(2).execute([] { tbb::parallel_for(0, 2, [](int) {}); });
 }
 
 }  // namespace irradia

@@ -210,6 +210,11 @@ TEST_F(RenderCommand, UnwritableOutputIsFoundBeforeTheSceneIsRead) {
 TEST_F(RenderCommand, UnknownDeviceIsOneLine) {
     expect_one_line(render_small({"-o", "a.exr", "--device", "abacus"}), 1, "render", "abacus");
     expect_one_line(render_small({"-o", "a.exr", "--device", "99"}), 1, "render", "99");
+    // It is what is told though the scene is not there either, whichever thread is first, and tried once.
+    for (const char* threads : {"0", "1"})
+        expect_one_line(render({"none.xml", "-o", "a.exr", "--device", "99", "--threads", threads}), 1, "render",
+                        "'99'");
+    expect_one_line(render_small({"-o", "a.#.exr", "--frames", "1-3", "--device", "99"}), 1, "render", "'99'");
     EXPECT_EQ(files(), 0u);
 }
 

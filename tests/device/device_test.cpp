@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <future>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -291,6 +292,16 @@ TEST(SelectDevice, WrongNameListsDevices) {
         EXPECT_TRUE(one_line(message) && has(message, "'" + select + "'")) << message;
         for (const auto& d : list) EXPECT_TRUE(has(message, d.name)) << message;
     }
+}
+
+TEST(SelectDevice, OpensAhead) {
+    std::future<std::unique_ptr<Device>> there = Device::open_ahead({}), not_there = Device::open_ahead({"99", 0, ""});
+    const std::unique_ptr<Device> device = there.get();
+    Buffer out = device->upload(std::vector<std::uint32_t>{3, 4, 5});
+    std::uint32_t last = 0;
+    device->read(out, &last, 4, 8);
+    EXPECT_EQ(last, 5u);
+    EXPECT_TRUE(has(error_of([&] { not_there.get(); }), "'99'"));
 }
 
 // In a process of its own, whose OpenCL loader finds no driver: the loader looks once a process.
