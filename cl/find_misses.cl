@@ -41,7 +41,8 @@ IR_FN float ledge_distance(const SceneData* s, const Surface* f, float footprint
     return least;
 }
 
-// Do the records suffice at f? If not, *reach is how far the one to be made may reach. Beside a ledge they must agree, or be as
+// Do the records suffice at f? If not, *reach is how far the one to be made may reach; if so, less than infinity where other
+// surfaces are near. Beside a ledge they must agree, or be as
 // short as it is near: where no light passes over it, a strip costs nothing.
 IR_FN bool records_suffice(const SceneData* s, const Cache* cache, const Surface* f, float footprint, float* reach) {
     const CacheParameters* c = &cache->parameters;
@@ -51,26 +52,45 @@ IR_FN bool records_suffice(const SceneData* s, const Cache* cache, const Surface
     if (*reach < IR_INFINITY || c->gap_least >= least_support) return true;
     // From where those reach here, and from as far as what is about a pixel high leaves its strip.
     const float far = max(least_support, 2.0f) * footprint, ledge = ledge_distance(s, f, footprint, far);
-    if (ledge == IR_INFINITY || cache_agrees(cache, f->p, f->ns, coat_of(f), 2.0f * far)) return true;
+    if (ledge == IR_INFINITY) return true;
     *reach = max(ledge, c->gap_least * footprint);
+    if (cache_agrees(cache, f->p, f->ns, coat_of(f), 2.0f * far)) return true;
     return cache_covers(cache, f->p, f->ns, coat_of(f), *reach);
 }
 
+// Tells in its IR_PLAIN_WORDS that a pixel shows f, without anything near. Normals count in steps of 1/511.
+IR_FN void tell_plain(IR_GLOBAL uint* plain, const Surface* f) {
+    const uint code = (uint)(f->ns.x * 511.0f + 512.5f) | ((uint)(f->ns.y * 511.0f + 512.5f) << 10) |
+                      ((uint)(f->ns.z * 511.0f + 512.5f) << 20);
+    plain[0] = (code ^ (coat_of(f) * 0x9e3779b1u)) | 0x80000000u;
+    plain[1] = IR_AS_UINT(dot(f->ns, f->p));
+}
+
+// `plain`: the pixel's words; null: nobody wants to know.
 IR_ONCE_FN void find_miss(const SceneData* s, const Cache* cache, IR_LOBE_PARAMETERS IR_GLOBAL ShadingPoint* points,
-                          uint pixel) {
+                          IR_GLOBAL uint* plain, uint pixel) {
     Seen seen;
-    if (!see_pixel(s, pixel, &seen)) return;
+    const bool sees = see_pixel(s, pixel, &seen);
+    if (plain != 0) {
+        plain[0] = sees ? 0u : 1u;
+        plain[1] = 0u;
+    }
+    if (!sees) return;
     const Surface* f = &seen.surface;
 #if IR_LOBES
     if (caches_lobe(radiance, f) && !radiance_covers(radiance, f)) {
         const ShadingPoint q = make_shading_point(s->info, f, seen.direction, seen.depth, pixel, true);
         push_point(lobe_points, &q);
+        plain = 0;
     }
 #endif
     if (!is_diffuse(f)) return;
     ShadingPoint q = make_shading_point(s->info, f, seen.direction, seen.depth, pixel, false);
     float reach;
-    if (records_suffice(s, cache, f, q.footprint, &reach)) return;
+    if (records_suffice(s, cache, f, q.footprint, &reach)) {
+        if (plain != 0 && reach == IR_INFINITY) tell_plain(plain, f);
+        return;
+    }
     if (reach < IR_INFINITY) {
         q.largest = reach;
         q.least = cache->parameters.gap_least * q.footprint;
@@ -79,12 +99,16 @@ IR_ONCE_FN void find_miss(const SceneData* s, const Cache* cache, IR_LOBE_PARAME
 }
 
 IR_KERNEL void find_misses(IR_SCENE_ARGS, IR_CACHE_ARGS, IR_LOBE_ARGS IR_GLOBAL ShadingPoint* points,
-                           IR_GLOBAL const uint* pixels, uint count) {
+                           IR_GLOBAL const uint* pixels, uint count, IR_GLOBAL uint* plain_words, uint tell) {
     if (IR_GLOBAL_ID >= count) return;
     IR_SCENE_INIT(s);
     IR_CACHE_INIT(cache);
 #if IR_LOBES
     IR_RADIANCE_INIT(radiance);
 #endif
-    find_miss(&s, &cache, IR_LOBES_PASSED points, pixels[IR_GLOBAL_ID]);
+    const uint pixel = pixels[IR_GLOBAL_ID], x = pixel % s.info->width, y = pixel / s.info->width;
+    IR_GLOBAL uint* plain = 0;
+    if (tell != 0u && ((x | y) & 1u) == 0u)
+        plain = plain_words + IR_PLAIN_WORDS * ((size_t)(y / 2u) * ((s.info->width + 1u) / 2u) + x / 2u);
+    find_miss(&s, &cache, IR_LOBES_PASSED points, plain, pixel);
 }

@@ -61,7 +61,8 @@ CachingRenderer::Caching::Caching(Run& run)
       cache_(run.device, cache_settings(run, run.settings.accuracy)),
       grid_(run),
       pixels_(static_cast<std::size_t>(run.scene.info.width) * run.scene.info.height),
-      chunk_(std::min(pixels_, run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)) {
+      chunk_(std::min(pixels_, run.device.cpu_traversal() ? pixels_a_launch_cpu : pixels_a_launch_gpu)),
+      plain_(run.device, run.scene.info.width, run.scene.info.height) {
     hemispheres_.emplace(run, Hemispheres::irradiance_records);
     defines_ = cache_.defines();
     defines_["IR_DIRECT_MIS"] = run.direct_mis() ? "1" : "0";
@@ -214,6 +215,7 @@ void CachingRenderer::Caching::state(Checkpoint& c) {
     if (radiance_) radiance_->state(c);
     c(views_)(grid_paths_)(known_)(counted_)(spared_spp_);
     c(stage_)(iteration_)(left_)(left_lobes_)(settled_)(round_)(before_);
+    plain_.state(c);
     if (c.has(schedule_, [&] { schedule_.emplace(1, 1, 1, 0.0, run_.device.host_threads()); })) schedule_->state(c);
     if (c.has(sweep_, [&] { sweep_.emplace(); })) {
         Sweep& s = *sweep_;

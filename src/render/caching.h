@@ -12,6 +12,7 @@
 #include "render/hemispheres.h"
 #include "render/irradiance_grid.h"
 #include "render/methods.h"
+#include "render/plain_pixels.h"
 #include "render/point_list.h"
 #include "render/radiance_cache.h"
 #include "render/sample_schedule.h"
@@ -108,8 +109,9 @@ private:
     Stage stage_ = Stage::records;
     std::uint32_t iteration_ = 0, settled_ = 0;  // iterations begun, rounds done
     PixelList left_, left_lobes_;                // pixels of those iterations that may want more
-    std::uint32_t round_ = 1;                    // of shading: the next one that makes records
-    Known before_;                               // it
+    PlainPixels plain_;
+    std::uint32_t round_ = 1;  // of shading: the next one that makes records
+    Known before_;             // it
     std::optional<SampleSchedule> schedule_;
     std::optional<Sweep> sweep_;
     Made made_, made_lobes_;  // in the present pass

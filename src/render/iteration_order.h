@@ -13,6 +13,10 @@ constexpr std::size_t block_count(std::uint32_t width, std::uint32_t height) {
     return std::size_t{(width + block_edge - 1) / block_edge} * ((height + block_edge - 1) / block_edge);
 }
 
+/// The first of them are those of even coordinates; records of the very first are there when nearly all others are
+/// looked at.
+constexpr std::uint32_t lattice_iterations = 64, sparse_iterations = 16;
+
 struct BlockPixel {
     std::uint32_t x, y;
 };

@@ -28,6 +28,11 @@ typedef struct IR_ALIGNED_16 ShadingPoint {
     float pad0, pad1;
 } ShadingPoint;                    // 80 bytes
 
+// Of a pixel of even coordinates, as find_misses has seen it: 0 if it wants a record, shows no diffuse surface, or has
+// others close over or beside it, else a code of normal and coat (of nothing seen: 1), and, as a float's bits, where its
+// plane lies.
+#define IR_PLAIN_WORDS 2u
+
 // A record, in two parts: what every look-up reads of every candidate, and what only accepted ones need.
 // Support = the distance at which the weight reaches zero: a R (1.8), or the Hessian's ellipse (theory 6).
 typedef struct IR_ALIGNED_16 RecordKey {
