@@ -108,7 +108,7 @@ void CachingRenderer::Caching::place_records() {
         most = std::max<std::size_t>(most, step_end(it) - it);
     const std::size_t blocks = block_count(width, height), room = (most + 1) * blocks;
     PointList points(run_.device, room), lobe_points(run_.device, radiance_ ? room : 0);
-    if (iteration_ == 0) plain_.forget();
+    if (spares_pixels() && iteration_ == 0) plain_.forget();
     PixelList asked;  // this round
     asked.reserve(room);
     const auto left = [&] { return left_.size() + left_lobes_.size(); };
@@ -120,8 +120,8 @@ void CachingRenderer::Caching::place_records() {
         if (!rest && left() <= blocks) {
             const std::uint32_t end = step_end(iteration_);
             take_pixels(iteration_, end, width, height, run_.device.host_threads(), asked);
-            // Looking at all that lies between is a tenth of a draft's time, and mostly in vain.
-            if (iteration_ >= lattice_iterations) plain_.drop(asked, 2e-6f * cache_.parameters(true).coordinate);
+            if (spares_pixels() && iteration_ >= lattice_iterations)
+                plain_.drop(asked, 2e-6f * cache_.parameters(true).coordinate);
             iteration_ = end;
         }
         const std::uint32_t tile = rest ? rest_tile(left(), blocks) : step_tile(iteration_);
@@ -145,15 +145,15 @@ void CachingRenderer::Caching::place_round(PixelList& asked, std::uint32_t tile,
     kernel.arg(points.emptied())
         .arg(asked_)
         .arg(static_cast<std::uint32_t>(asked.size()))
-        .arg(plain_.words())
-        .arg(iteration_ <= lattice_iterations ? 1u : 0u)
+        .arg(spares_pixels() ? plain_.words() : asked_)
+        .arg(spares_pixels() && iteration_ <= lattice_iterations ? 1u : 0u)
         .run(group_count(asked.size(), run_.device.pixel_group()), run_.device.pixel_group());
     run_.statistics.rays["camera"] += asked.size();
     const std::uint32_t width = run_.scene.info.width;
     // No more at once than blocks: memory for radiance records' samples is by batch.
     const std::size_t most = block_count(width, run_.scene.info.height);
     points.read();
-    if (iteration_ > sparse_iterations)
+    if (spares_pixels() && iteration_ > sparse_iterations)
         for (const shared::ShadingPoint& q : points.points()) plain_.disturb(q.pixel);
     make_records(points.buffer(), take(points, width, tile, most, step, left_), salt(0));
     if (radiance_) {
