@@ -42,8 +42,8 @@ IR_FN float ledge_distance(const SceneData* s, const Surface* f, float footprint
 }
 
 // Do the records suffice at f? If not, *reach is how far the one to be made may reach; if so, less than infinity where other
-// surfaces are near. Beside a ledge they must agree, or be as
-// short as it is near: where no light passes over it, a strip costs nothing.
+// surfaces are near. Beside a ledge they must agree, or be as short as it is near: where no light passes over it, a strip
+// costs nothing.
 IR_FN bool records_suffice(const SceneData* s, const Cache* cache, const Surface* f, float footprint, float* reach) {
     const CacheParameters* c = &cache->parameters;
     *reach = narrow_reach(s, c, f, footprint);

@@ -46,8 +46,8 @@ DeviceOptions with_compiler(DeviceOptions o) {
 void Session::expect_device(const Options& options) {
     const DeviceOptions& o = options.device;
     if (device_ && same_device(o, device_options_)) return;
-    if (o.threads == 1 ||
-        o.memory_limit > 0) {  // what a driver takes must not come into a limit's reckoning at any time
+    // What a driver takes must not come into a limit's reckoning at any time.
+    if (o.threads == 1 || o.memory_limit > 0) {
         device(o);
         return;
     }

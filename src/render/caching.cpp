@@ -1,7 +1,8 @@
 // Irradiance and radiance caching. The image is cut into 16x16 blocks; iteration `it` is one pixel of every block.
 // Iterations are taken in steps (iteration_order.h), of one at first and of many at last, in rounds:
 //   1. find_misses         a camera ray; at its diffuse hit look into the octree; without enough records the point goes
-//                          on a list, from which one of a tile at most goes on the record stack;
+//                          on a list, from which one of a tile at most goes on the record stack (later pixels of plain
+//                          surroundings are spared that on CPUs: plain_pixels.h);
 //   2. sample_hemispheres  one record for every point on the stack;
 //   3. insert_records      neighbour clamp, then into the octree, which the next round looks into, for the points that
 //                          have been left, along with the next step's, until none wants a record.
