@@ -16,8 +16,8 @@ struct Share {
     const char* stage;
     double size;
 };
-constexpr Share kShares[] = {{"parsing", 0.02}, {"meshes", 0.2},     {"textures", 0.05}, {"assembly", 0.05},
-                             {"device", 0},     {"hierarchy", 0.63}, {"checks", 0.05}};
+constexpr Share kShares[] = {{"parsing", 0.02},  {"meshes", 0.2},     {"textures", 0.05},
+                             {"assembly", 0.05}, {"hierarchy", 0.63}, {"checks", 0.05}};
 
 double overall(const std::string& stage, double fraction) {
     double before = 0;
@@ -60,6 +60,12 @@ void LoadMonitor::end_stage(double at) {
             known->second += at - stage_began_;
     }
     stage_began_ = at;
+}
+
+void LoadMonitor::pause() {
+    const std::lock_guard lock(mutex_);
+    end_stage(now());
+    stage_.clear();
 }
 
 void LoadMonitor::finish() {

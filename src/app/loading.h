@@ -20,6 +20,8 @@ public:
     LoadMonitor(StageLog* stages, double began) : stages_(stages), began_(began), stage_began_(began) {}
     /// `fraction` of `stage` is done. From any thread.
     void operator()(const std::string& stage, double fraction);
+    /// Ends the last stage; what comes until the next one belongs to none.
+    void pause();
     /// Ends the last stage and clears the bar.
     void finish();
     [[nodiscard]] const Phases& phases() const { return phases_; }

@@ -120,10 +120,8 @@ Scene Session::load(const Options& o, std::size_t views, LoadMonitor& monitor, b
     };
     Scene scene = load_scene(o.scene, load);
     if (!both) set_film_size(scene, o.width, o.height);
-    if (opening_.valid()) {
-        monitor("device", 0);
-        take_device(true);
-    }
+    monitor.pause();
+    take_device(true);
     const AccelLayouts layouts = both_layouts || !device_   ? AccelLayouts::both
                                  : device_->cpu_traversal() ? AccelLayouts::bvh8
                                                             : AccelLayouts::bvh2;

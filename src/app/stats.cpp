@@ -133,7 +133,7 @@ std::string stats_json(const Run& r) {
     double load_seconds = 0, accel_seconds = 0;
     for (const auto& [phase, seconds] : r.load_phases) {
         load[phase] = seconds;
-        if (phase != "device") (phase == "hierarchy" ? accel_seconds : load_seconds) += seconds;
+        (phase == "hierarchy" ? accel_seconds : load_seconds) += seconds;
     }
     Json j = {{"irradia", IRRADIA_VERSION},
               {"scene",
