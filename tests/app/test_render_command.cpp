@@ -215,6 +215,10 @@ TEST_F(RenderCommand, UnknownDeviceIsOneLine) {
         expect_one_line(render({"none.xml", "-o", "a.exr", "--device", "99", "--threads", threads}), 1, "render",
                         "'99'");
     expect_one_line(render_small({"-o", "a.#.exr", "--frames", "1-3", "--device", "99"}), 1, "render", "'99'");
+    std::ofstream(in_folder("mesh.xml"))  // whose files are read while it is opened
+        << R"(<scene version="3.0.0"><shape type="ply"><string name="filename" value="none.ply"/></shape></scene>)";
+    expect_one_line(render({"mesh.xml", "-o", "a.exr", "--device", "99"}), 1, "render", "'99'");
+    std::filesystem::remove(in_folder("mesh.xml"));
     EXPECT_EQ(files(), 0u);
 }
 
