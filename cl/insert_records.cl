@@ -5,53 +5,80 @@
 #include "cache.h"
 #include "radius.h"
 
-// support_i <= support_j + slope |p_i - p_j| for every record j that the octree knows near record i and that faces the
-// same way. `limit_old` false: shrinks the new record i (reads old ones only). True: shrinks the old ones, by an atomic
-// minimum (positive floats order like their bits).
-IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i, float slope, float least,
-                                    bool limit_old) {
+// A record that the octree knows and that is near a new one and faces the same way is limited by it.
+IR_FN void limit_neighbour(IR_GLOBAL RecordKey* keys, uint j, const RecordKey* own, float slope) {
+    const float reach = slope * length(make_real3(own->px, own->py, own->pz) - make_real3(keys[j].px, keys[j].py, keys[j].pz));
+    // Positive floats order like their bits.
+    IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support1, IR_AS_UINT(own->support1 + reach));
+    IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support2, IR_AS_UINT(own->support2 + reach));
+}
+
+// support_i <= support_j + slope |p_i - p_j| for every record j that the octree knows near the new record i and that faces
+// the same way: shrinks i. Leaves in `near_i` what i may shrink in turn, with old_slope: their number, and the first
+// IR_CLAMP_WORDS - 1 of them.
+IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i, float slope, float old_slope,
+                                    float least, IR_GLOBAL uint* near_i) {
     const RecordKey own = keys[i];
     const real3 p = make_real3(own.px, own.py, own.pz), n = make_real3(own.nx, own.ny, own.nz);
     float s1 = own.support1, s2 = own.support2;
-    uint j;
+    const float lowest = min(least, own.support1);  // i shrinks no further
+    uint j, found = 0u;
     // A record j farther away than support_i / slope cannot shrink i, nor i a record j that reaches less far than
-    // support_i + slope |p_i - p_j|.
-    const float near = 1.0f / slope;
-    OctreeWalk walk = octree_walk(&c->parameters,
-                                  limit_old ? packed_query(p, n, near, -near * own.support1, 0.9f)
-                                            : packed_query(p, n, 0.0f, near * 1.0001f * max(s1, s2), 0.9f));
+    // support_i + old_slope |p_i - p_j|.
+    PackedQuery query = packed_query(p, n, 1.0f / old_slope, -lowest / old_slope, 0.9f);
+    query.least = 1.0001f * max(s1, s2) / slope;
+    OctreeWalk walk = octree_walk(&c->parameters, query);
 #ifdef IR_WALK_AHEAD
     octree_look_ahead(&c->octree, &walk);
 #endif
     while (octree_next(&c->octree, &c->parameters, &walk, &j)) {
         if (dot(n, make_real3(keys[j].nx, keys[j].ny, keys[j].nz)) < 0.9f) continue;
-        const float reach = slope * length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
-        if (limit_old) {
-            IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support1, IR_AS_UINT(own.support1 + reach));
-            IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support2, IR_AS_UINT(own.support2 + reach));
-        } else {
-            s1 = neighbour_clamped_radius(s1, keys[j].support1, reach);
-            s2 = neighbour_clamped_radius(s2, keys[j].support2, reach);
-        }
+        const float distance = length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
+        s1 = neighbour_clamped_radius(s1, keys[j].support1, slope * distance);
+        s2 = neighbour_clamped_radius(s2, keys[j].support2, slope * distance);
+        if (!(lowest + old_slope * distance < max(keys[j].support1, keys[j].support2))) continue;
+        if (++found < IR_CLAMP_WORDS) near_i[found] = j;
     }
-    if (!limit_old) {
-        keys[i].support1 = max(s1, min(least, own.support1));
-        keys[i].support2 = max(s2, keys[i].support1);
+    near_i[0] = found;
+    keys[i].support1 = max(s1, lowest);
+    keys[i].support2 = max(s2, keys[i].support1);
+}
+
+// The same the other way round, once all new records have shrunk: shrinks what clamp_to_neighbours left in `near_i`, or, if
+// that was too much, all that the octree knows.
+IR_ONCE_FN void limit_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, uint i, float slope,
+                                 IR_GLOBAL const uint* near_i) {
+    const RecordKey own = keys[i];
+    const uint found = near_i[0];
+    uint j;
+    if (found < IR_CLAMP_WORDS) {
+        for (uint at = 1u; at <= found; ++at) IR_PREFETCH_OWN(&keys[near_i[at]]);
+        for (uint at = 1u; at <= found; ++at) limit_neighbour(keys, near_i[at], &own, slope);
+        return;
     }
+    const real3 n = make_real3(own.nx, own.ny, own.nz);
+    OctreeWalk walk = octree_walk(&c->parameters, packed_query(make_real3(own.px, own.py, own.pz), n, 1.0f / slope,
+                                                               -own.support1 / slope, 0.9f));
+    while (octree_next(&c->octree, &c->parameters, &walk, &j))
+        if (!(dot(n, make_real3(keys[j].nx, keys[j].ny, keys[j].nz)) < 0.9f)) limit_neighbour(keys, j, &own, slope);
 }
 
 // Of each new record, or of the old ones around it.
 IR_KERNEL void clamp_records(IR_OCTREE_ARGS, IR_GLOBAL RecordKey* record_keys, CacheParameters cache_parameters,
-                             IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, float slope,
-                             float min_spacing, uint limit_old, uint first_record, uint count) {
+                             IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack, IR_GLOBAL uint* near_records,
+                             float slope, float min_spacing, uint limit_old, uint first_record, uint count) {
     if (IR_GLOBAL_ID >= count) return;
     IR_GLOBAL const RecordValue* const record_values = 0;  // only keys matter
     IR_CACHE_INIT(c);
     IR_GLOBAL const ShadingPoint* q = points + stack[IR_GLOBAL_ID];
     // Of a narrow place its neighbours may cover no more than is as near as what makes it narrow.
-    const bool steep = limit_old != 0u && q->least > 0.0f;
-    clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, steep ? min(slope, 1.0f) : slope,
-                        min_spacing * q->footprint, limit_old != 0u);
+    const float old_slope = q->least > 0.0f ? min(slope, 1.0f) : slope;
+    IR_GLOBAL uint* near_i = near_records + (size_t)IR_CLAMP_WORDS * IR_GLOBAL_ID;
+    if (limit_old != 0u)
+        limit_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, old_slope, near_i);
+    else
+        clamp_to_neighbours(&c, record_keys, first_record + IR_GLOBAL_ID, slope, old_slope, min_spacing * q->footprint,
+                            near_i);
 }
 
 IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octree_entries, IR_GLOBAL uint* octree_state,

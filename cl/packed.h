@@ -21,11 +21,11 @@
 // And from a cosine: half of 1/127 in each component of a unit vector is .0068; stored normals are unit to 1e-3.
 #define IR_PACKED_COSINE_SLACK 0.0125f
 
-// A question to packed entries: which records lie nearer to p than share * support + more, have normals with a cosine
-// of more than `cosine` to n, and that coat? Answers err to the side of yes.
+// A question to packed entries: which records lie nearer to p than share * support + more or than `least`, have normals with
+// a cosine of more than `cosine` to n, and that coat? Answers err to the side of yes.
 typedef struct PackedQuery {
     real3 p, n;  // n in units of 1/127
-    float share, more, cosine;
+    float share, more, least, cosine;
     uint coat, coat_mask;  // in the place of word 2; mask 0: any coat
 } PackedQuery;
 
@@ -35,6 +35,7 @@ IR_FN PackedQuery packed_query(real3 p, real3 n, float share, float more, float 
     q.n = n * (1.0f / 127.0f);
     q.share = share * 1.0001f;
     q.more = more;
+    q.least = 0.0f;
     q.cosine = cosine - IR_PACKED_COSINE_SLACK;
     q.coat = q.coat_mask = 0u;
     return q;
@@ -69,13 +70,14 @@ IR_FN void pack_entry(IR_GLOBAL uint* entry, const RecordKey* k, uint record, re
 // A query in the steps of one node.
 typedef struct NodeQuery {
     real3 p;
-    float more;
+    float more, least;
 } NodeQuery;
 
 IR_FN NodeQuery node_query(const PackedQuery* q, real3 lo, float scale) {
     NodeQuery s;
     s.p = (q->p - lo) * scale + make_real3(IR_PACKED_ZERO, IR_PACKED_ZERO, IR_PACKED_ZERO);
     s.more = q->more * scale + IR_PACKED_SLACK;
+    s.least = q->least > 0.0f ? q->least * scale + IR_PACKED_SLACK : 0.0f;
     return s;
 }
 
@@ -90,8 +92,8 @@ IR_FN bool packed_test(const PackedEntry* entry, const PackedQuery* q, const Nod
     const uint w0 = entry->w0, w1 = entry->w1, w2 = entry->w2;
     if (((w2 ^ q->coat) & q->coat_mask) != 0u) return false;
     const float dx = (float)(w0 & 0xffffu) - s->p.x, dy = (float)(w0 >> 16) - s->p.y;
-    const float dz = (float)(w1 & 0xffffu) - s->p.z, reach = (float)(w1 >> 16) * q->share + s->more;
-    const bool near = dx * dx + dy * dy + dz * dz < reach * reach && reach > 0.0f;
+    const float dz = (float)(w1 & 0xffffu) - s->p.z, reach = max((float)(w1 >> 16) * q->share + s->more, s->least);
+    const bool near = dx * dx + dy * dy + dz * dz < reach * reach;
     if (!near && (w1 >> 16) != IR_PACKED_WIDE) return false;
     const float cosine = (float)((int)(w2 << 24) >> 24) * q->n.x + (float)((int)(w2 << 16) >> 24) * q->n.y +
                          (float)((int)(w2 << 8) >> 24) * q->n.z;

@@ -8,11 +8,11 @@ IR_FN ulong packed_test(IR_GLOBAL const uint* entry, const PackedQuery* q, const
     const uint8 w0 = (uint8)(a.s048c, b.s048c), w1 = (uint8)(a.s159d, b.s159d), w2 = (uint8)(a.s26ae, b.s26ae);
     const lanes dx = convert_float8(as_int8(w0 & 0xffffu)) - s->p.x, dy = convert_float8(as_int8(w0 >> 16)) - s->p.y;
     const lanes dz = convert_float8(as_int8(w1 & 0xffffu)) - s->p.z, support = convert_float8(as_int8(w1 >> 16));
-    const lanes reach = support * q->share + s->more;
+    const lanes reach = max(support * q->share + s->more, s->least);
     const lanes cosine = convert_float8(as_int8(w2 << 24) >> 24) * q->n.x +
                          convert_float8(as_int8(w2 << 16) >> 24) * q->n.y +
                          convert_float8(as_int8(w2 << 8) >> 24) * q->n.z;
-    const int8 near = ((dx * dx + dy * dy + dz * dz < reach * reach) & (reach > 0.0f)) | (support == 65535.0f);
+    const int8 near = (dx * dx + dy * dy + dz * dz < reach * reach) | (support == 65535.0f);
     const int8 yes = near & (cosine > q->cosine) & (((w2 ^ q->coat) & q->coat_mask) == 0u);
     return as_ulong(convert_char8(yes)) & 0x0101010101010101ul;
 }

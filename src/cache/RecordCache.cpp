@@ -12,6 +12,7 @@ constexpr std::size_t first_records = 4096, first_nodes = 4096, first_entries = 
 // IR_NODE_STRIDE of cl/octree.h, an entry, IR_PACKED_WORDS of cl/packed.h
 constexpr std::size_t node_bytes = 8 * sizeof(std::uint32_t), entry_bytes = 2 * sizeof(std::uint32_t);
 constexpr std::size_t packed_bytes = 4 * sizeof(std::uint32_t);
+constexpr std::size_t clamp_bytes = IR_CLAMP_WORDS * sizeof(std::uint32_t);
 constexpr std::size_t packed_slack = 8;         // look-ups read as many at once: the last ones beyond the end
 constexpr std::size_t items = 64;               // work-group size of the insertion kernels
 constexpr std::uint32_t launch_records = 4096;  // records entered by one launch, at most
@@ -109,6 +110,10 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
     if (count == 0) return;
     const auto first = static_cast<std::uint32_t>(size_), n = static_cast<std::uint32_t>(count);
     if (settings_.clamp_slope > 0 && size_ > 0) {
+        if (count > near_capacity_) {
+            near_ = device_.allocate(count * clamp_bytes);
+            near_capacity_ = count;
+        }
         for (const std::uint32_t limit_old : {0u, 1u})
             device_.kernel("insert_records.cl", "clamp_records", defines())
                 .arg(nodes_)
@@ -119,6 +124,7 @@ void RecordCache::insert(std::size_t count, const Buffer& points, const Buffer& 
                 .arg(parameters_)
                 .arg(points)
                 .arg(stack)
+                .arg(near_)
                 .arg(settings_.clamp_slope)
                 .arg(settings_.min_spacing)
                 .arg(limit_old)

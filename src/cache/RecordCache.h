@@ -87,6 +87,8 @@ private:
     CacheSettings settings_;
     shared::CacheParameters parameters_{};
     Buffer keys_, values_, nodes_, entries_, packed_, state_;
+    Buffer near_;  // of each new record, which old ones it may shrink
+    std::size_t near_capacity_ = 0;
     std::size_t size_ = 0, capacity_ = 0, node_capacity_ = 0, entry_capacity_ = 0;
     std::uint64_t packed_count_ = 0;
     Octree octree_;

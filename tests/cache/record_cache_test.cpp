@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -232,6 +233,89 @@ TEST(RecordCache, RescaledRecordsAreThoseOfTheOtherSize) {
     rescaled.rescale(factor, size, 5);
     EXPECT_EQ(rescaled.look_up(points, false), other.look_up(points, false));
     EXPECT_EQ(rescaled.cache().octree().entries, other.cache().octree().entries);
+}
+
+// Neighbours limit each other's supports (theory 4.4): new records by those there before, then these by the new ones,
+// the same in double precision by all pairs. On one plane, with supports so alike that none is limited by a record that
+// does not reach it: so the octree knows of every pair that counts. Beside a cluster of old records a new one limits
+// more of them than it keeps a list of.
+TEST(RecordCache, NeighboursLimitEachOther) {
+    constexpr float slope = 1.75f, min_spacing = 1.5f, support = 0.1f;
+    constexpr std::size_t old_count = 800, new_count = 300;
+    std::mt19937 random(21);
+    std::uniform_real_distribution<float> u(0, 1);
+    std::vector<shared::RecordKey> keys(old_count + new_count);
+    std::vector<shared::ShadingPoint> points(new_count);
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        shared::RecordKey& k = keys[i];
+        const bool is_new = i >= old_count, lone = i == old_count || i == old_count + 1;
+        // Half of the old ones crowd around two places; there is one new record at each, the others stay away.
+        const bool crowded = !is_new && i % 4 < 2;
+        const float x = i % 2 == 0 ? 0.25f : 0.75f, y = 0.2f, edge = 0.05f;
+        k.px = lone ? x : crowded ? x + edge * (u(random) - 0.5f) : u(random);
+        k.py = lone ? y : crowded ? y + edge * (u(random) - 0.5f) : is_new ? 0.4f + 0.6f * u(random) : u(random);
+        k.pz = 0.25f, k.nz = i % 10 == 5 ? -1.0f : 1.0f, k.t2x = 1;
+        k.support1 = i < old_count ? support * (0.5f + 0.5f * u(random)) : support * (0.7f + 0.5f * u(random));
+        if (lone) k.support1 = support * (i == old_count ? 0.1f : 1.2f);
+        k.support2 = k.support1 * (1 + 0.1f * u(random));
+    }
+    std::vector<std::uint32_t> stack(new_count);
+    for (std::size_t i = 0; i < new_count; ++i) {
+        stack[i] = static_cast<std::uint32_t>(new_count - 1 - i);
+        points[stack[i]].footprint = i % 3 == 0 ? 0.05f : 0.001f;
+        points[stack[i]].least = i % 4 == 0 ? 0.001f : 0.0f;
+    }
+
+    std::size_t most = 0, limited = 0, limited_old = 0;
+    const auto limit = [](double s, double other, double reach) { return std::min(s, other + reach); };
+    const auto distance = [&](std::size_t i, std::size_t j) {
+        return std::hypot(double{keys[i].px} - keys[j].px, double{keys[i].py} - keys[j].py);
+    };
+    std::vector<std::array<double, 2>> s(keys.size());
+    for (std::size_t i = 0; i < keys.size(); ++i) s[i] = {keys[i].support1, keys[i].support2};
+    for (std::size_t i = old_count; i < keys.size(); ++i) {
+        const double least = std::min(s[i][0], double{min_spacing} * points[stack[i - old_count]].footprint);
+        const double before = s[i][0];
+        for (std::size_t j = 0; j < old_count; ++j)
+            if (keys[i].nz == keys[j].nz)
+                for (int axis : {0, 1})
+                    s[i][axis] =
+                        limit(s[i][axis], axis == 0 ? keys[j].support1 : keys[j].support2, slope * distance(i, j));
+        s[i][0] = std::max(s[i][0], least);
+        s[i][1] = std::max(s[i][1], s[i][0]);
+        limited += s[i][0] < before;
+    }
+    for (std::size_t i = old_count; i < keys.size(); ++i) {
+        std::size_t found = 0;
+        const double old_slope = points[stack[i - old_count]].least > 0 ? 1.0 : slope;
+        for (std::size_t j = 0; j < old_count; ++j) {
+            if (keys[i].nz != keys[j].nz) continue;
+            found += s[i][0] + old_slope * distance(i, j) < keys[j].support2;
+            for (int axis : {0, 1}) s[j][axis] = limit(s[j][axis], s[i][axis], old_slope * distance(i, j));
+        }
+        most = std::max(most, found);
+    }
+    for (std::size_t j = 0; j < old_count; ++j) limited_old += s[j][0] < keys[j].support1;
+    EXPECT_GE(most, IR_CLAMP_WORDS);  // the questions were not void
+    EXPECT_GT(limited, new_count / 10);
+    EXPECT_GT(limited_old, old_count / 4);
+
+    Device device({});
+    CacheSettings settings;
+    settings.lower = {0, 0, 0}, settings.upper = {1, 1, 1};
+    settings.clamp_slope = slope, settings.min_spacing = min_spacing;
+    RecordCache cache(device, settings);
+    const Buffer shading_points = device.upload(points), order = device.upload(stack);
+    for (const auto& [first, count] : {std::pair(std::size_t{0}, old_count), {old_count, new_count}}) {
+        const std::uint32_t at = cache.reserve(count);
+        device.write(const_cast<Buffer&>(cache.keys()), &keys[first], count * sizeof keys[0], at * sizeof keys[0]);
+        cache.insert(count, shading_points, order);
+    }
+    const std::vector<shared::RecordKey> clamped = cache.download_keys();
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        EXPECT_NEAR(clamped[i].support1, s[i][0], 1e-6 * s[i][0]) << "record " << i;
+        EXPECT_NEAR(clamped[i].support2, s[i][1], 1e-6 * s[i][1]) << "record " << i;
+    }
 }
 
 }  // namespace

@@ -65,6 +65,9 @@ typedef struct OctreeState {
 // Places of the octree's table that one work-item packs on CPU devices: it waits for the memory of all together.
 #define IR_PACKED_PLACES 32u
 
+// Of a new record, while neighbours are clamped: how many old ones it may shrink, and which, if they are fewer than that.
+#define IR_CLAMP_WORDS 16u
+
 // Everything a look-up needs to know besides the arrays; by value into kernels.
 #define IR_WEIGHT_WARD 0u       // (1.8) in its safe form, theory 4.1
 #define IR_WEIGHT_TABELLION 1u  // (1.11)-(1.13), theory 4.2
