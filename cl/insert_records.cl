@@ -7,7 +7,8 @@
 
 // A record that the octree knows and that is near a new one and faces the same way is limited by it.
 IR_FN void limit_neighbour(IR_GLOBAL RecordKey* keys, uint j, const RecordKey* own, float slope) {
-    const float reach = slope * length(make_real3(own->px, own->py, own->pz) - make_real3(keys[j].px, keys[j].py, keys[j].pz));
+    const float reach =
+        slope * length(make_real3(own->px, own->py, own->pz) - make_real3(keys[j].px, keys[j].py, keys[j].pz));
     // Positive floats order like their bits.
     IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support1, IR_AS_UINT(own->support1 + reach));
     IR_ATOMIC_MIN((IR_GLOBAL uint*)&keys[j].support2, IR_AS_UINT(own->support2 + reach));
