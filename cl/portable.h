@@ -48,7 +48,13 @@
 #endif
 #define IR_BARRIER() barrier(CLK_LOCAL_MEM_FENCE)
 #define IR_BARRIER_ALL() barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)  // what the group wrote anywhere
+// What a work-item wrote before is seen by those of other groups that see what it writes after. NVIDIA's mem_fence holds
+// for the own group only (membar.cta): of list entries others then saw the link, but not yet what lies there.
+#ifdef __NV_CL_C_VERSION
+#define IR_GLOBAL_FENCE() asm volatile("membar.gl;" ::: "memory")
+#else
 #define IR_GLOBAL_FENCE() mem_fence(CLK_GLOBAL_MEM_FENCE)
+#endif
 #if defined(IR_CPU) && defined(__clang__) && !defined(IR_NO_PREFETCH)  // oclgrind has no such instruction
 #define IR_PREFETCH(p) __builtin_prefetch((const void*)(size_t)(p))  // OpenCL's own is nothing in PoCL
 #define IR_PREFETCH_OWN(p) __builtin_prefetch((const void*)(size_t)(p), 1)  // to be written: no other core keeps it
