@@ -141,6 +141,12 @@ void Kernel::run(std::size_t groups, std::size_t group_size) {
 
 namespace {
 std::string program_name(const std::string& file, const std::string& options) { return file + "\n" + options; }
+
+/// One that is going to be asked for.
+struct WantedProgram {
+    std::string name, file, options;
+    device::ProgramKey key;
+};
 }  // namespace
 
 // ---- device -----------------------------------------------------------------------------------------------------
@@ -213,32 +219,33 @@ struct Device::Impl {
         return made.program;
     }
 
-    // Those of `kernels` that are kept, on all of the host's threads. What fails is tried, and told, when it is asked
-    // for.
-    void load(const std::vector<KernelSource>& kernels) {
-        if (session->host_threads < 2 || !session->shared_launch) return;  // NVIDIA's driver takes no less time so
-        const auto start = std::chrono::steady_clock::now();
-        struct Load {
-            std::string name, options;
-            device::ProgramKey key;
-            cl_program program = nullptr;
-        };
-        std::vector<Load> loads;
+    // The programs of `kernels` that are not there yet, each once.
+    std::vector<WantedProgram> wanted(const std::vector<KernelSource>& kernels) {
+        std::vector<WantedProgram> all;
         for (const KernelSource& k : kernels) {
             const std::string with = options(k.defines, k.registers), name = program_name(k.file, with);
-            const bool twice = std::any_of(loads.begin(), loads.end(), [&](const Load& l) { return l.name == name; });
-            if (!twice && programs.count(name) == 0) loads.push_back({name, with, key(k.file, with)});
+            const bool twice =
+                std::any_of(all.begin(), all.end(), [&](const WantedProgram& w) { return w.name == name; });
+            if (!twice && programs.count(name) == 0) all.push_back({name, k.file, with, key(k.file, with)});
         }
+        return all;
+    }
+
+    // Those of them that are kept, on all of the host's threads. What fails is tried, and told, when it is asked for.
+    void load(const std::vector<WantedProgram>& wanted) {
+        if (session->host_threads < 2 || !session->shared_launch) return;  // NVIDIA's driver takes no less time so
+        const auto start = std::chrono::steady_clock::now();
+        std::vector<cl_program> kept(wanted.size());
         const auto load_one = [&](std::size_t i, std::size_t, std::size_t) {
             try {
-                loads[i].program = device::kept_program(*session, loads[i].key, loads[i].options);
+                kept[i] = device::kept_program(*session, wanted[i].key, wanted[i].options);
             } catch (const std::exception&) {  // memory, say
             }
         };
-        in_ranges(session->host_threads, loads.size(), load_one, 1);
+        in_ranges(session->host_threads, wanted.size(), load_one, 1);
         std::uint64_t loaded = 0;
-        for (const Load& l : loads)
-            if (l.program != nullptr) programs[l.name] = l.program, ++loaded;
+        for (std::size_t i = 0; i < wanted.size(); ++i)
+            if (kept[i] != nullptr) programs[wanted[i].name] = kept[i], ++loaded;
         if (loaded > 0) session->add_time("build", start, loaded);
     }
 };
@@ -308,16 +315,13 @@ Kernel Device::kernel(const std::string& file, const std::string& name,
 }
 
 void Device::expect(const std::vector<KernelSource>& kernels) {
-    impl_->load(kernels);
+    const std::vector<WantedProgram> wanted = impl_->wanted(kernels);
+    impl_->load(wanted);
     if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
     std::vector<device::CompileJob> jobs;
-    for (const KernelSource& k : kernels) {
-        const std::string options = impl_->options(k.defines, k.registers);
-        const device::ProgramKey key = impl_->key(k.file, options);
-        const bool twice = std::any_of(jobs.begin(), jobs.end(), [&](const auto& j) { return j.key == key; });
-        if (!twice && impl_->programs.count(program_name(k.file, options)) == 0 && !device::has_program(key))
-            jobs.push_back({key, impl_->sums_of(k.file), options, impl_->expand(k.file)});
-    }
+    for (const WantedProgram& w : wanted)
+        if (impl_->programs.count(w.name) == 0 && !device::has_program(w.key))
+            jobs.push_back({w.key, impl_->sums_of(w.file), w.options, impl_->expand(w.file)});
     impl_->compilers.reset();
     if (jobs.size() < 2) return;  // one takes as long here
     impl_->compilers =

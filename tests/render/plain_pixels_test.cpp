@@ -3,14 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <bit>
 #include <functional>
-#include <map>
 #include <vector>
 
 #include "irradia/shared/record_types.h"
-#include "render/iteration_order.h"
 #include "render_fixture.h"
 
 namespace irradia {
