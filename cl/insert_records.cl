@@ -82,11 +82,17 @@ IR_KERNEL void clamp_records(IR_OCTREE_ARGS, IR_GLOBAL RecordKey* record_keys, C
                             near_i);
 }
 
+// On CPU devices one work-item a record, on GPUs IR_INSERT_LANES.
 IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octree_entries, IR_GLOBAL uint* octree_state,
                               uint octree_mask, IR_GLOBAL const RecordKey* record_keys,
                               CacheParameters cache_parameters, uint node_capacity, uint entry_capacity, uint again,
                               uint first_record, uint count) {
-    if (IR_GLOBAL_ID >= count) return;
+#ifdef IR_CPU
+    const uint item = IR_GLOBAL_ID, lane = 0u;
+#else
+    const uint item = IR_GLOBAL_ID / IR_INSERT_LANES, lane = IR_GLOBAL_ID % IR_INSERT_LANES;
+#endif
+    if (item >= count) return;
     OctreeMemory tree;
     tree.nodes = octree_nodes;
     tree.entries = octree_entries;
@@ -95,10 +101,10 @@ IR_KERNEL void insert_records(IR_GLOBAL uint* octree_nodes, IR_GLOBAL uint* octr
     tree.node_capacity = node_capacity;
     tree.entry_capacity = entry_capacity;
     tree.again = again;
-    const uint record = first_record + IR_GLOBAL_ID;
+    const uint record = first_record + item;
     const RecordKey k = record_keys[record];
     octree_insert(&tree, cache_parameters, record, make_real3(k.px, k.py, k.pz), make_real3(k.nx, k.ny, k.nz), k.support2,
-                  k.support1);
+                  k.support1, lane);
 }
 
 #ifdef IR_CPU

@@ -23,7 +23,11 @@
 #define IR_NODE_PACKED 3u
 #define IR_NODE_CORNER 5u
 #define IR_NO_NODE 0xffffffffu
-#define IR_OCTREE_CELLS 32u  // entered at a time; most supports touch 27 at most
+#ifdef IR_CPU
+#define IR_OCTREE_CELLS 32u  // entered at a time by a work-item; most supports touch 27 at most
+#else
+#define IR_OCTREE_CELLS 1u
+#endif
 #define IR_PACKED_STEPS 16384.0f
 
 // Integer coordinate of x along one axis at the deepest level, clamped to the root cube.
@@ -233,45 +237,72 @@ IR_FN void octree_enter_cells(const OctreeMemory* tree, const CacheParameters* c
         if (places[i].slot != IR_NO_NODE) octree_enter(tree, places[i].slot, record, &own, tree->again != 0u ? 1u : nodes);
 }
 
-// Enters record (position p, normal n, support) into every node of its level that its support reaches. Points far off
-// the tangent plane are never covered (weights shrink along the normal as along support1), so that nodes which lie
-// entirely farther than `thickness` from it are left out.
-IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint record, real3 p, real3 n,
-                              float support, float thickness) {
-    const uint level = octree_level(support, cache.size);
-    const uint shift = IR_OCTREE_MAX_DEPTH - level;
-    const float edge = octree_edge(&cache, level);
+// The cells of its level that a record's support may touch: [x0, x1] x [y0, y1] x [z0, z1], and what tells which of them do.
+typedef struct OctreeReach {
+    uint level, x0, y0, z0, x1, y1, z1;
+    float edge, reach, slab;
+} OctreeReach;
+
+// Points far off the tangent plane are never covered (weights shrink along the normal as along support1), so that nodes
+// which lie entirely farther than `thickness` from it are left out.
+IR_FN OctreeReach octree_reach(const CacheParameters* cache, real3 p, real3 n, float support, float thickness) {
+    OctreeReach r;
+    r.level = octree_level(support, cache->size);
+    r.edge = octree_edge(cache, r.level);
+    const uint shift = IR_OCTREE_MAX_DEPTH - r.level;
     // The bounds are widened by a rounding allowance: a look-up computes its own coordinates of nearby points.
-    const float reach = support * 1.0001f + cache.coordinate * 1e-6f;
-    const uint x0 = octree_coordinate(p.x - reach, cache.origin_x, cache.size) >> shift;
-    const uint y0 = octree_coordinate(p.y - reach, cache.origin_y, cache.size) >> shift;
-    const uint z0 = octree_coordinate(p.z - reach, cache.origin_z, cache.size) >> shift;
-    const uint x1 = octree_coordinate(p.x + reach, cache.origin_x, cache.size) >> shift;
-    const uint y1 = octree_coordinate(p.y + reach, cache.origin_y, cache.size) >> shift;
-    const uint z1 = octree_coordinate(p.z + reach, cache.origin_z, cache.size) >> shift;
-    const float slab =
-        0.5f * edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache.coordinate * 1e-6f;
+    r.reach = support * 1.0001f + cache->coordinate * 1e-6f;
+    r.x0 = octree_coordinate(p.x - r.reach, cache->origin_x, cache->size) >> shift;
+    r.y0 = octree_coordinate(p.y - r.reach, cache->origin_y, cache->size) >> shift;
+    r.z0 = octree_coordinate(p.z - r.reach, cache->origin_z, cache->size) >> shift;
+    r.x1 = octree_coordinate(p.x + r.reach, cache->origin_x, cache->size) >> shift;
+    r.y1 = octree_coordinate(p.y + r.reach, cache->origin_y, cache->size) >> shift;
+    r.z1 = octree_coordinate(p.z + r.reach, cache->origin_z, cache->size) >> shift;
+    r.slab = 0.5f * r.edge * (fabs(n.x) + fabs(n.y) + fabs(n.z)) + thickness * 1.0001f + cache->coordinate * 1e-6f;
+    return r;
+}
+
+IR_FN bool octree_touches(const CacheParameters* cache, const OctreeReach* r, real3 p, real3 n, uint x, uint y, uint z) {
+    const real3 lo = octree_corner(cache, r->edge, x, y, z);
+    const float half_edge = 0.5f * r->edge;
+    const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
+    return fabs(dot(middle - p, n)) <= r->slab && cube_distance_squared(p, lo, r->edge) <= r->reach * r->reach;
+}
+
+// A cell joins those that are to be entered, if it is touched.
+IR_FN void octree_add_place(const OctreeMemory* tree, const CacheParameters* cache, const OctreeReach* r, real3 p, real3 n,
+                            uint record, uint x, uint y, uint z, OctreePlace* places, uint* count) {
+    if (!octree_touches(cache, r, p, n, x, y, z)) return;
+    if (*count == IR_OCTREE_CELLS) {
+        octree_enter_cells(tree, cache, r->level, places, *count, record);
+        *count = 0u;
+    }
+    OctreePlace* c = &places[(*count)++];
+    c->x = x, c->y = y, c->z = z;
+    c->slot = octree_home(r->level, x, y, z, tree->mask);
+    IR_PREFETCH_OWN(tree->nodes + (size_t)IR_NODE_STRIDE * c->slot);
+}
+
+// Enters record (position p, normal n, support) into every node of its level that its support reaches. On GPUs every
+// work-item `lane` of IR_INSERT_LANES takes some of the cells: their nodes are waited for at the same time.
+IR_ONCE_FN void octree_insert(const OctreeMemory* tree, CacheParameters cache, uint record, real3 p, real3 n,
+                              float support, float thickness, uint lane) {
+    const OctreeReach r = octree_reach(&cache, p, n, support, thickness);
     OctreePlace places[IR_OCTREE_CELLS];
     uint count = 0u;
-    for (uint z = z0; z <= z1; ++z)
-        for (uint y = y0; y <= y1; ++y)
-            for (uint x = x0; x <= x1; ++x) {
-                const real3 lo = octree_corner(&cache, edge, x, y, z);
-                const float half_edge = 0.5f * edge;
-                const real3 middle = lo + make_real3(half_edge, half_edge, half_edge);
-                if (fabs(dot(middle - p, n)) > slab) continue;
-                if (cube_distance_squared(p, lo, edge) > reach * reach) continue;
-                if (count == IR_OCTREE_CELLS) {  // the rounding allowance is large beside the support
-                    octree_enter_cells(tree, &cache, level, places, count, record);
-                    count = 0u;
-                }
-                OctreePlace* c = &places[count++];
-                c->x = x, c->y = y, c->z = z;
-                c->slot = octree_home(level, x, y, z, tree->mask);
-                IR_PREFETCH_OWN(tree->nodes + (size_t)IR_NODE_STRIDE * c->slot);
-            }
-    octree_enter_cells(tree, &cache, level, places, count, record);
-    IR_ATOMIC_OR(&tree->state[3], 1u << level);
+#ifdef IR_CPU
+    for (uint z = r.z0; z <= r.z1; ++z)
+        for (uint y = r.y0; y <= r.y1; ++y)
+            for (uint x = r.x0; x <= r.x1; ++x)
+                octree_add_place(tree, &cache, &r, p, n, record, x, y, z, places, &count);
+#else
+    const uint wide = r.x1 - r.x0 + 1u, high = r.y1 - r.y0 + 1u, cells = wide * high * (r.z1 - r.z0 + 1u);
+    for (uint i = lane; i < cells; i += IR_INSERT_LANES)
+        octree_add_place(tree, &cache, &r, p, n, record, r.x0 + i % wide, r.y0 + i / wide % high, r.z0 + i / (wide * high),
+                         places, &count);
+#endif
+    octree_enter_cells(tree, &cache, r.level, places, count, record);
+    if (lane == 0u) IR_ATOMIC_OR(&tree->state[3], 1u << r.level);
 }
 #endif
 #endif

@@ -194,6 +194,7 @@ void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
     while (2 * octree_.nodes > node_capacity_ || 4 * nodes > 3 * node_capacity_) grow_nodes();
     if (const std::uint64_t entries = listed() + expected(octree_.entries, guessed_entries); entries > entry_capacity_)
         grow_entries(std::max<std::uint64_t>(2 * entry_capacity_, entries));
+    const std::size_t work_items = count * std::size_t{device_.cpu_traversal() ? 1 : IR_INSERT_LANES};
     for (std::uint32_t again = 0;; again = 1) {
         device_.kernel("insert_records.cl", "insert_records", defines())
             .arg(nodes_)
@@ -207,7 +208,7 @@ void RecordCache::enter_launch(std::uint32_t first, std::uint32_t count) {
             .arg(again)
             .arg(first)
             .arg(count)
-            .run(groups_of(count), items);
+            .run(groups_of(work_items), items);
         shared::OctreeState state{};
         device_.read(state_, &state, sizeof state);
         octree_.nodes = state.node_count;

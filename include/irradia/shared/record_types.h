@@ -64,6 +64,8 @@ typedef struct OctreeState {
 #define IR_OCTREE_MAX_DEPTH 20u
 // Places of the octree's table that one work-item packs on CPU devices: it waits for the memory of all together.
 #define IR_PACKED_PLACES 32u
+// Work-items that enter a record into its cells on GPUs.
+#define IR_INSERT_LANES 32u
 
 // Of a new record, while neighbours are clamped: how many old ones it may shrink, and which, if they are fewer than that.
 #define IR_CLAMP_WORDS 16u
