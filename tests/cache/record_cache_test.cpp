@@ -44,8 +44,9 @@ std::vector<Record> random_records(std::size_t count, float size, unsigned seed,
 class Cache {
 public:
     /// Records in a cube of edge `size`, whose lower corner lies at `corner` along each axis.
-    Cache(const std::vector<Record>& records, float size, std::size_t batch, float corner = 0)
-        : device_({}), cache_(device_, settings(size, corner)) {
+    Cache(const std::vector<Record>& records, float size, std::size_t batch, float corner = 0,
+          const DeviceOptions& options = {})
+        : device_(options), cache_(device_, settings(size, corner)) {
         for (std::size_t first = 0; first < records.size(); first += batch) {
             const std::size_t n = std::min(batch, records.size() - first);
             const std::uint32_t at = cache_.reserve(n);
@@ -185,6 +186,21 @@ TEST(RecordCache, OrderOfInsertionDoesNotShow) {
     const auto points = points_near(records, 2000, 1, 7);
     Cache one(records, 1, 2000), many(records, 1, 37);
     EXPECT_EQ(one.look_up(points, false), many.look_up(points, false));
+}
+
+// On GPUs many work-items enter a record, each into some of its cells: into the same ones as one does. 3000 records at
+// once use more nodes than there is room for at first, so that some are entered again.
+TEST(RecordCache, ManyWorkItemsEnterARecordAsOneDoes) {
+    const auto records = random_records(3000, 1, 19, 0.1f);
+    const auto points = points_near(records, 1000, 1, 20);
+    DeviceOptions gpu;
+    gpu.traversal = "gpu";
+    Cache one(records, 1, 3000), many(records, 1, 3000, 0, gpu);
+    EXPECT_GT(many.cache().octree().growths, 0u);
+    EXPECT_EQ(many.cache().octree().nodes, one.cache().octree().nodes);
+    EXPECT_EQ(many.cache().octree().entries, one.cache().octree().entries);
+    expect_same(many.look_up(points, false), many.look_up(points, true));
+    expect_same(many.look_up(points, false), one.look_up(points, false));
 }
 
 // Packed records are asked by bounds on the safe side, in eights on CPU devices; those in lists one by one: the same
