@@ -37,8 +37,8 @@ IR_ONCE_FN void clamp_to_neighbours(const Cache* c, IR_GLOBAL RecordKey* keys, u
         const float distance = length(p - make_real3(keys[j].px, keys[j].py, keys[j].pz));
         s1 = neighbour_clamped_radius(s1, keys[j].support1, slope * distance);
         s2 = neighbour_clamped_radius(s2, keys[j].support2, slope * distance);
-        if (!(lowest + old_slope * distance < max(keys[j].support1, keys[j].support2))) continue;
-        if (++found < IR_CLAMP_WORDS) near_i[found] = j;
+        if (lowest + old_slope * distance < max(keys[j].support1, keys[j].support2) && ++found < IR_CLAMP_WORDS)
+            near_i[found] = j;
     }
     near_i[0] = found;
     keys[i].support1 = max(s1, lowest);

@@ -6,7 +6,7 @@
 //     word 1   z | support << 16   the larger one in steps, rounded up; IR_PACKED_WIDE: too large, or x, y, z out of range
 //     word 2   normal, 3 x 8 bits, signed, in units of 1/127 | coat << 24, its low 8 bits
 //     word 3   record
-// Supports that clamp_old_records shrinks later stay here as they were: a looser bound is a bound.
+// Supports that clamp_records shrinks later stay here as they were: a looser bound is a bound.
 #ifndef IR_PACKED_H
 #define IR_PACKED_H
 #include "irradia/shared/record_types.h"

@@ -232,20 +232,20 @@ struct Device::Impl {
     }
 
     // Those of them that are kept, on all of the host's threads. What fails is tried, and told, when it is asked for.
-    void load(const std::vector<WantedProgram>& wanted) {
+    void load(const std::vector<WantedProgram>& all) {
         if (session->host_threads < 2 || !session->shared_launch) return;  // NVIDIA's driver takes no less time so
         const auto start = std::chrono::steady_clock::now();
-        std::vector<cl_program> kept(wanted.size());
+        std::vector<cl_program> kept(all.size());
         const auto load_one = [&](std::size_t i, std::size_t, std::size_t) {
             try {
-                kept[i] = device::kept_program(*session, wanted[i].key, wanted[i].options);
+                kept[i] = device::kept_program(*session, all[i].key, all[i].options);
             } catch (const std::exception&) {  // memory, say
             }
         };
-        in_ranges(session->host_threads, wanted.size(), load_one, 1);
+        in_ranges(session->host_threads, all.size(), load_one, 1);
         std::uint64_t loaded = 0;
-        for (std::size_t i = 0; i < wanted.size(); ++i)
-            if (kept[i] != nullptr) programs[wanted[i].name] = kept[i], ++loaded;
+        for (std::size_t i = 0; i < all.size(); ++i)
+            if (kept[i] != nullptr) programs[all[i].name] = kept[i], ++loaded;
         if (loaded > 0) session->add_time("build", start, loaded);
     }
 };
@@ -315,6 +315,7 @@ Kernel Device::kernel(const std::string& file, const std::string& name,
 }
 
 void Device::expect(const std::vector<KernelSource>& kernels) {
+    if (impl_->session->host_threads < 2 && impl_->compiler_count < 2) return;  // each is made when it is asked for
     const std::vector<WantedProgram> wanted = impl_->wanted(kernels);
     impl_->load(wanted);
     if (impl_->compiler_count < 2 || (impl_->compilers && !impl_->compilers->finished())) return;
