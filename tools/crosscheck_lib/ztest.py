@@ -61,15 +61,30 @@ def t_p_value(t, dof):
     return incomplete_beta(0.5 * dof, 0.5, dof / (dof + t * t))
 
 
+def t_density(t, dof):
+    if dof > 1e5:
+        return math.exp(-0.5 * t * t) / math.sqrt(2.0 * math.pi)
+    log_front = math.lgamma(0.5 * (dof + 1.0)) - math.lgamma(0.5 * dof) - 0.5 * math.log(dof * math.pi)
+    return math.exp(log_front - 0.5 * (dof + 1.0) * math.log1p(t * t / dof))
+
+
 def t_quantile(two_sided, dof):
-    """The t that is exceeded, in magnitude, with probability `two_sided`."""
+    """The t that is exceeded, in magnitude, with probability `two_sided`: by Newton's method, and by halving what is
+    known to hold it where that leads out of it."""
     low, high = 0.0, 1.0
     while t_p_value(high, dof) > two_sided and high < 1e12:
-        high *= 2.0
+        low, high = high, 2.0 * high
+    t = 0.5 * (low + high)
     for _ in range(100):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if t_p_value(middle, dof) > two_sided else (low, middle)
-    return 0.5 * (low + high)
+        excess = t_p_value(t, dof) - two_sided
+        low, high = (t, high) if excess > 0.0 else (low, t)
+        density = t_density(t, dof)
+        step = t + 0.5 * excess / density if density > 0.0 else high
+        following = step if low < step < high else 0.5 * (low + high)
+        if abs(following - t) <= 1e-12 * t:
+            break
+        t = following
+    return following
 
 
 def holm_sidak(p):
