@@ -4,6 +4,7 @@
 // where a record meets half as many cells as the same one elsewhere. Records come in as many iterations whatever their
 // number, as those of a picture do: a larger one makes more in each. So a new record finds equally many others, too.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <array>
@@ -135,15 +136,31 @@ std::vector<float> ordered(const std::vector<float>& points) {
     return along;
 }
 
+// Where buffers lie. Pages that a process touches first cost a multiple of others, and glibc hands pages of small
+// blocks that were freed out again, those of large ones never: without a word large octrees alone would pay for new
+// pages.
+enum class Pages {
+    held,  // in what the process has touched before, whatever their size
+    fresh  // in what it has not
+};
+
+void take_pages(Pages pages) {
+    const bool held = pages == Pages::held;
+    mallopt(M_MMAP_MAX, held ? 0 : 1 << 16);
+    mallopt(M_MMAP_THRESHOLD, 4096);
+    mallopt(M_TRIM_THRESHOLD, held ? -1 : 4096);
+    if (!held) malloc_trim(0);
+}
+
 class Octree {
 public:
-    Octree(const DeviceOptions& options, std::size_t count, bool clamp)
-        : device_(options), records_(make_records(count)), batch_(batch_of(count)), clamp_(clamp) {
+    Octree(const DeviceOptions& options, std::size_t count, bool clamp, Pages pages = Pages::held)
+        : device_(options), records_(make_records(count)), batch_(batch_of(count)), clamp_(clamp), pages_(pages) {
         shared::ShadingPoint point{};
         point.footprint = pixel;
         points_ = device_.upload(&point, sizeof point);
         stack_ = device_.upload(std::vector<std::uint32_t>(batch_, 0));
-        fill();  // compiles
+        fill();  // compiles, and touches what the next one is to have
     }
 
     // Seconds of inserting all records into an empty cache, with its growth; without writing the records themselves,
@@ -163,6 +180,8 @@ public:
         settings.weight = IR_WEIGHT_CUBIC;
         settings.clamp_slope = clamp_ ? clamp_slope : 0.0f;
         settings.min_spacing = min_spacing;
+        cache_.reset();
+        take_pages(pages_);
         cache_ = std::make_unique<RecordCache>(device_, settings);
         double seconds = 0;
         for (std::size_t first = 0; first < records_.size(); first += batch_) {
@@ -224,6 +243,7 @@ private:
     std::vector<Record> records_;
     std::size_t batch_;
     bool clamp_;
+    Pages pages_;
     Buffer points_, stack_;
     std::unique_ptr<RecordCache> cache_;
 };
@@ -269,8 +289,8 @@ void look_up(benchmark::State& state, const DeviceOptions& options, std::size_t 
     report_octree(state, octree.cache());
 }
 
-void insert(benchmark::State& state, const DeviceOptions& options, std::size_t records, bool clamp) {
-    Octree octree(options, records, clamp);
+void insert(benchmark::State& state, const DeviceOptions& options, std::size_t records, bool clamp, Pages pages) {
+    Octree octree(options, records, clamp, pages);
     double best = 1e30;
     for (auto _ : state) {
         const double seconds = octree.fill();
@@ -287,16 +307,18 @@ void register_octree(const DeviceOptions& options) {
     const auto add = [](const std::string& name, auto run) {
         benchmark::RegisterBenchmark(name.c_str(), run)->UseManualTime()->Unit(benchmark::kMillisecond);
     };
-    const std::size_t sizes[] = {1000, 10000, 100000, 1000000};
+    std::vector<std::size_t> sizes{1000, 10000, 100000, 1000000};
     for (const auto& [name, places] :
          {std::pair("coherent", Places::coherent), {"random", Places::random}, {"ordered", Places::ordered}})
         for (const std::size_t n : sizes)
             add(std::string("octree/look_up/") + name + "/" + std::to_string(n),
                 [=](benchmark::State& s) { look_up(s, options, n, places); });
-    for (const bool clamp : {false, true})
+    sizes.push_back(3000000);  // the octree is far larger than any cache from 10^5 on: is it linear there?
+    for (const auto& [name, clamp, pages] :
+         {std::tuple("plain", false, Pages::held), {"clamped", true, Pages::held}, {"fresh", false, Pages::fresh}})
         for (const std::size_t n : sizes)
-            add(std::string("octree/insert/") + (clamp ? "clamped/" : "plain/") + std::to_string(n),
-                [=](benchmark::State& s) { insert(s, options, n, clamp); });
+            add(std::string("octree/insert/") + name + "/" + std::to_string(n),
+                [=](benchmark::State& s) { insert(s, options, n, clamp, pages); });
 }
 
 }  // namespace irradia::bench

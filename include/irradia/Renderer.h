@@ -89,7 +89,7 @@ struct RenderSettings {
     float gap_spacing = 0.3f;       ///< least support in narrow places, where it is below min_spacing, pixels
     bool specialise = true;         ///< kernels know only what the scene contains; false: everything, to measure it
     bool report_error = false;      ///< estimate the picture's error in the end, by paths of its own (theory 8)
-    float error_share = 0.2f;       ///< of the time that the picture took: what the estimate may take
+    float error_share = 0.2f;       ///< of the picture's rays (GPUs: of its time): what the estimate may take
     float target_error = 0;         ///< render until rel_rmse's 95 % interval ends below this: chooses what a quality
                                     ///< sets, by what probes find; 0 = off
     float time_limit = 0;           ///< seconds, of a search for less error; without target_error as little as can be had

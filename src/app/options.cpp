@@ -126,7 +126,7 @@ void declare_rendering(CLI::App& app, Options& o) {
         "and in the EXR's metadata");
     error
         .value("--error-share", s.error_share, "SHARE",
-               "Time for that, to the time that the picture took; intervals narrow with its root")
+               "Rays for that, to those of the picture (on GPUs: time); intervals narrow with its root")
         ->check(number("above 0", [](double x) { return x > 0; }))
         ->default_str(option_text(s.error_share));
 

@@ -30,7 +30,7 @@ struct Run {
 std::string stats_json(const Run& run);
 
 /// Method, parameters, seed, device, version, records and rays, as text by key ("irradia.method"). No times: the same
-/// picture is the same file (but for what --report-error says, which depends on the time it has).
+/// picture is the same file (but for what --report-error says on GPUs, which depends on the time it has).
 std::map<std::string, std::string> picture_metadata(const Run& run);
 
 /// All settings that a picture depends on, as text by the names they have in --stats.

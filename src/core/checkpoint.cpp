@@ -14,7 +14,7 @@ namespace {
 struct Header {
     char magic[8] = {'\x89', 'I', 'R', 'C', 'H', 'K', '\r', '\n'};
     std::uint32_t byte_order = 0x01020304;
-    std::uint32_t version = 7;  ///< to be raised whenever any object exchanges something else
+    std::uint32_t version = 8;  ///< to be raised whenever any object exchanges something else
 };
 /// Ends the file: of all bytes before it.
 struct Trailer {

@@ -76,7 +76,7 @@ ErrorProbes::ErrorProbes(Run& run, const Film& film)
 }
 
 void ErrorProbes::state(Checkpoint& c) {
-    c(counted_)(counted_pixels_)(probes_)(batches_)(traced_)(seconds_);
+    c(counted_)(counted_pixels_)(probes_)(batches_)(traced_)(seconds_)(effort_);
     places_.state(c);
 }
 
@@ -107,6 +107,7 @@ void ErrorProbes::raise_batches(std::uint32_t batches) {
 
 void ErrorProbes::trace(std::size_t first_probe, std::size_t count, std::uint32_t first_batch, std::uint32_t batches) {
     const auto began = std::chrono::steady_clock::now();
+    const double spent = run_.effort();
     std::vector<std::uint32_t> pixels;
     for (const Probe& p : probes_) pixels.push_back(p.pixel);
     const Buffer list = run_.device.upload(pixels);
@@ -144,9 +145,10 @@ void ErrorProbes::trace(std::size_t first_probe, std::size_t count, std::uint32_
     }
     traced_ += count * batches;
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    effort_ += run_.effort() - spent;
 }
 
-double ErrorProbes::batch_seconds() const { return traced_ > 0 ? seconds_ / static_cast<double>(traced_) : 0; }
+double ErrorProbes::batch_effort() const { return traced_ > 0 ? effort_ / static_cast<double>(traced_) : 0; }
 
 // What all figures are made of, a draw a probe: squared errors of the whole and of both parts, errors, and variances of
 // the probes' means.
@@ -226,8 +228,8 @@ ErrorReport ErrorProbes::report(const Film& film) const {
     return e;
 }
 
-void spend(ErrorProbes& probes, const Film& film, double seconds, double error) {
-    const double began = probes.seconds();
+void spend(ErrorProbes& probes, const Film& film, double effort, double error) {
+    const double began = probes.effort();
     if (probes.waves() == 0) probes.add_waves(first_waves);
     for (const double share : {0.4, 1.0}) {
         // A mean's variance at a given cost is least where n batches a pixel bring the noise to a part of the error
@@ -236,14 +238,14 @@ void spend(ErrorProbes& probes, const Film& film, double seconds, double error) 
         const std::array<double, 2> found = probes.squared_error(film);
         const double square = error > 0 ? error * error : std::max({found[0], 0.5 * found[1], 1e-12});
         const double wanted = 0.47 * probes.batch_variance() / square;
-        const double left = share * seconds - (probes.seconds() - began);
-        const double a_batch = std::max(probes.batch_seconds(), 1e-9);
+        const double left = share * effort - (probes.effort() - began);
+        const double a_batch = std::max(probes.batch_effort(), 1e-9);
         const double affordable =
             left / a_batch / static_cast<double>(strata * probes.waves()) + static_cast<double>(probes.batches());
         probes.raise_batches(
             static_cast<std::uint32_t>(std::clamp(std::min(wanted, affordable), 2.0, double{most_batches})));
         const double wave = a_batch * static_cast<double>(strata) * probes.batches();
-        const auto waves = static_cast<std::int64_t>((share * seconds - (probes.seconds() - began)) / wave);
+        const auto waves = static_cast<std::int64_t>((share * effort - (probes.effort() - began)) / wave);
         if (waves > 0) probes.add_waves(static_cast<std::size_t>(waves));
     }
 }

@@ -28,9 +28,9 @@ public:
     [[nodiscard]] std::uint32_t batches() const noexcept { return batches_; }
     /// Mean variance of one batch's estimate, to the square of the truth's mean.
     [[nodiscard]] double batch_variance() const;
-    /// Wall seconds a batch has taken, on average.
-    [[nodiscard]] double batch_seconds() const;
-    [[nodiscard]] double seconds() const noexcept { return seconds_; }
+    /// What a batch has taken, on average, and all: of Run::effort().
+    [[nodiscard]] double batch_effort() const;
+    [[nodiscard]] double effort() const noexcept { return effort_; }
 
     /// 1 where a pixel counts: it shows no lamp.
     [[nodiscard]] const std::vector<std::uint8_t>& counted() const noexcept { return counted_; }
@@ -62,13 +62,13 @@ private:
     double counted_pixels_;
     std::vector<Probe> probes_;
     std::uint32_t batches_ = 2;
-    std::uint64_t traced_ = 0;  // batches
-    double seconds_ = 0;
+    std::uint64_t traced_ = 0;         // batches
+    double seconds_ = 0, effort_ = 0;  // wall seconds; of Run::effort()
 };
 
-/// Probes of a finished picture for about `seconds`: a few at first, from which it is chosen how the rest is divided
+/// Probes of a finished picture for about `effort`: a few at first, from which it is chosen how the rest is divided
 /// between more pixels and more paths a pixel (theory 8). `error`: relative error expected; 0 = what the first probes
 /// find.
-void spend(ErrorProbes& probes, const Film& film, double seconds, double error = 0);
+void spend(ErrorProbes& probes, const Film& film, double effort, double error = 0);
 
 }  // namespace irradia

@@ -99,6 +99,7 @@ struct Renderer::Impl {
         }
         run.set_camera(camera);
         position = {};
+        picture_effort = 0;
         if (!searches(given)) return;
         settings = given;
         search = std::make_unique<TargetSearch>(run, settings, film);
@@ -108,6 +109,7 @@ struct Renderer::Impl {
         run.state(c);
         film.state(c);
         position.state(c);
+        c(picture_effort);
         if (caching) caching->state(c);
         if (search) search->state(c);
     }
@@ -127,8 +129,9 @@ struct Renderer::Impl {
             else
                 render_gather(run, film, position);
             if (settings.report_error) {
+                if (picture_effort == 0) picture_effort = run.effort();  // else it was stopped among the probes
                 ErrorProbes probes(run, film);
-                spend(probes, film, static_cast<double>(settings.error_share) * run.elapsed());
+                spend(probes, film, static_cast<double>(settings.error_share) * picture_effort);
                 result.error = probes.report(film);
                 run.phase("probes");
             }
@@ -153,6 +156,7 @@ struct Renderer::Impl {
     Run run;
     Film film;
     SamplePosition position;
+    double picture_effort = 0;                 // without probes, once it is done
     std::unique_ptr<CachingRenderer> caching;  // of all views
     std::unique_ptr<TargetSearch> search;      // of the present one, which has caches of its own
 };

@@ -173,14 +173,14 @@ void Run::report(const std::string& stage, double fraction, std::uint64_t record
     p.stage = stage;
     p.fraction = std::clamp(fraction, 0.0, 1.0);
     p.records = records;
-    for (const auto& [kind, count] : statistics.rays) p.rays += count;
+    p.rays = rays();
     p.elapsed = elapsed();
     progress_(p);
 }
 
 void Run::state(Checkpoint& c) {
     RenderStatistics& s = statistics;
-    c(camera_)(s.rays)(s.phases)(s.iterations)(s.spp)(s.octree_depth)(s.octree_growths);
+    c(camera_)(s.rays)(s.phases)(s.iterations)(s.spp)(s.records)(s.radiance_records)(s.octree_depth)(s.octree_growths);
     const Clock::time_point now = Clock::now();
     Clock::duration elapsed = now - start_, of_phase = now - phase_start_;
     c(elapsed)(of_phase);
@@ -195,6 +195,14 @@ void Run::phase(const std::string& name) {
     statistics.phases[name] += std::chrono::duration<double>(now - phase_start_).count();
     phase_start_ = now;
 }
+
+std::uint64_t Run::rays() const {
+    std::uint64_t sum = 0;
+    for (const auto& [kind, count] : statistics.rays) sum += count;
+    return sum;
+}
+
+double Run::effort() const { return device.description().is_cpu ? static_cast<double>(rays()) : elapsed(); }
 
 double Run::elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 

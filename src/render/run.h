@@ -81,9 +81,14 @@ public:
     /// Wall seconds since the previous call go to phases[name].
     void phase(const std::string& name);
     [[nodiscard]] double elapsed() const;
+    /// What has been spent so far, where shares of it decide about the picture or what is said of it. On CPU devices
+    /// rays, which cost about as much whatever they are traced for (.8 to 1.5 times: docs/error.md), so that a seed's
+    /// result does not go by the clock; on GPUs, where few rays take as long as many, seconds.
+    [[nodiscard]] double effort() const;
 
 private:
     void clear_statistics();
+    [[nodiscard]] std::uint64_t rays() const;  // of all kinds
     using Clock = std::chrono::steady_clock;
     const ProgressCallback& progress_;
     Clock::time_point start_, phase_start_;

@@ -19,7 +19,7 @@ constexpr std::uint32_t lamp_spp = 256;   // of pixels that do not count
 constexpr double first_goal = 0.05;
 constexpr std::uint32_t first_spp = 16;  // of methods that only take samples
 constexpr std::uint32_t most_spp = 1u << 24;
-constexpr double probe_share = 0.15;  // of the time so far: what one look at the error may take
+constexpr double probe_share = 0.15;  // of the effort so far: what one look at the error may take
 
 /// What a step has to do, from the squared errors found.
 struct Need {
@@ -46,7 +46,7 @@ public:
         if (!probes_) {
             first_step();
             probes_ = std::make_unique<ErrorProbes>(run_, film_);
-            spend(*probes_, film_, probe_share * run_.elapsed(), aim * goal_);  // something is always known of it
+            spend(*probes_, film_, probe_share * run_.effort(), aim * goal_);  // something is always known of it
         }
         run_.stop_after(limit);
         try {
@@ -141,7 +141,7 @@ private:
     // The error, by as many probes as it takes to tell whether it is below the goal, or that it is not worth it.
     ErrorReport look() {
         const double error = aim * goal_, allowed = goal_ * goal_;
-        // What a better picture costs, to the time so far, about; there is none beyond the highest level. Where no
+        // What a better picture costs, to the effort so far, about; there is none beyond the highest level. Where no
         // target is asked for, a better picture is what there is to gain.
         const double worth = target_ <= 0 ? 0.5 : caches_ && level_ >= highest_level ? 4 : 1;
         for (;;) {
@@ -149,20 +149,24 @@ private:
             const auto [square, deviation] = probes_->squared_error(film_);
             const bool doubted = !report.doubt.empty();
             if (!doubted && (report.rel_rmse.high <= goal_ || report.rel_rmse.low > goal_)) return report;
-            if (doubted && probes_->seconds() > 0.5 * run_.elapsed()) return report;
-            // The deviation falls as the root of the probes' time. Where a better picture costs less than knowing that
-            // this one is good enough, there is no use in more probes.
+            if (doubted && probes_->effort() > 0.5 * run_.effort()) return report;
+            // The deviation falls as the root of the probes' effort. Where a better picture costs less than knowing
+            // that this one is good enough, there is no use in more probes.
             const double room = allowed - square, times = 2 * deviation / std::max(room, 1e-3 * allowed);
-            const double seconds = (times * times - 1) * probes_->seconds();
+            const double effort = (times * times - 1) * probes_->effort();
             const bool good = square < 0.8 * allowed;
-            if (!doubted && good && seconds > worth * run_.elapsed()) return report;
+            if (!doubted && good && effort > worth * run_.effort()) return report;
             // Nor where it is likely that it is not, or enough has been tried: probes are kept, for the last picture
             // too.
             const bool likely =
                 target_ <= 0 ? square - deviation > 0.5 * allowed
-                             : square - 1.5 * deviation > allowed || probes_->seconds() > 0.3 * worth * run_.elapsed();
+                             : square - 1.5 * deviation > allowed || probes_->effort() > 0.3 * worth * run_.effort();
             if (!doubted && !good && likely) return report;
-            spend(*probes_, film_, std::clamp(seconds, 0.03 * run_.elapsed(), probe_share * run_.elapsed()), error);
+            // What was meant may be too little for any.
+            const double spent = probes_->effort();
+            for (double share = std::clamp(effort, 0.03 * run_.effort(), probe_share * run_.effort());
+                 probes_->effort() <= spent; share *= 2)
+                spend(*probes_, film_, share, error);
         }
     }
 

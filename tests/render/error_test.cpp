@@ -260,15 +260,25 @@ TEST(ReportError, IntervalsHoldTheErrorAgainstLongPathTracing) {
     EXPECT_GE(held, rounds - 3);  // at 93 % each, more than three misses of 8 happen once in 600
 }
 
-TEST(ReportError, CostsLessThanAQuarterOfTheTimeByDefault) {
+// By default a fifth of the picture's rays, which is about a fifth of its time (docs/error.md).
+TEST(ReportError, TakesItsShareOfTheRays) {
     const Scene scene = load_text(room(grey_floor, ""));
     Device device({});
     RenderSettings s;
-    s.report_error = true;
     s.spp = 256;
-    render(scene, device, s);  // compiles
-    const RenderResult result = render(scene, device, s);
-    EXPECT_LT(result.error->seconds, .25 * (result.statistics.seconds - result.error->seconds));
+    const auto rays = [](const RenderResult& result) {
+        double sum = 0;
+        for (const auto& [kind, count] : result.statistics.rays) sum += static_cast<double>(count);
+        return sum;
+    };
+    const double of_picture = rays(render(scene, device, s));
+    s.report_error = true;
+    for (const float share : {.2f, .8f}) {
+        s.error_share = share;
+        const double taken = rays(render(scene, device, s)) / of_picture - 1;
+        EXPECT_LT(taken, 1.15 * static_cast<double>(share));
+        EXPECT_GT(taken, .7 * static_cast<double>(share));
+    }
 }
 
 }  // namespace

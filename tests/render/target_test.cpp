@@ -43,6 +43,29 @@ TEST(TargetError, GoodPicturesAreLookedAtAgain) {
     }
 }
 
+// What a search makes and says depends on the seed alone, not on how long anything took.
+TEST(TargetError, DoesNotGoByTheClock) {
+    const Scene scene = load_text(room(grey_floor, ""));
+    for (const Method method : {Method::irradiance, Method::path}) {
+        RenderSettings s;
+        s.method = method;
+        s.target_error = method == Method::path ? .03f : .008f;
+        std::vector<RenderResult> results;
+        for (const int threads : {1, 2}) {
+            DeviceOptions options;
+            options.threads = threads;
+            Device device(options);
+            results.push_back(render(scene, device, s));
+        }
+        const ErrorReport &one = *results[0].error, &two = *results[1].error;
+        EXPECT_EQ(one.steps, two.steps);
+        EXPECT_EQ(one.probes, two.probes);
+        EXPECT_EQ(one.paths, two.paths);
+        EXPECT_EQ(one.rel_rmse.high, two.rel_rmse.high);
+        EXPECT_EQ(results[0].image.layers[0].data, results[1].image.layers[0].data);
+    }
+}
+
 // As the target goes to 0 the picture goes to the etalon: nothing of caching's error stays.
 TEST(TargetError, ErrorsFollowTheTargetDown) {
     const Scene scene = load_text(room(grey_floor, ""));
