@@ -10,7 +10,7 @@ time = c size^e as Markdown tables: fitted to all sizes, and of the two largest,
   triangles  10^2 to 10^7 in a terrain (tools/make-terrain): loading, hierarchy and rendering apart
   start      from the command to a picture of one sample: with kernels of the build alone, cold (none compiled) and warm
   scaling    one thread against two, in turns
-  octree     one look-up and one insertion among 10^3 to 10^6 records (the benchmark's; no GPU machine needs it)
+  octree     one look-up among 10^3 to 10^6 records, one insertion to 3 10^6 (the benchmark's; no GPU machine needs it)
 
 Times of `render` are wall times without program start and compilation, the least of --repeat runs; one more goes before
 them and compiles the kernels. On a machine that others use, --repeat 5. On machines with nothing but a compiler (-DIRRADIA_MINIMAL=ON)

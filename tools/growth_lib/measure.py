@@ -228,5 +228,5 @@ ALL = {
     "triangles": (triangles, [10**i for i in range(2, 8)], "numbers of triangles"),
     "start": (start, [5], "number of runs"),
     "scaling": (scaling, [1, 2], "numbers of threads"),
-    "octree": (octree, [1000, 10000, 100000, 1000000], "numbers of records, of those the benchmark has"),
+    "octree": (octree, [1000, 10000, 100000, 1000000, 3000000], "numbers of records, of those the benchmark has"),
 }

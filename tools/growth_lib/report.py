@@ -50,7 +50,7 @@ def plot_growth(folder, name, title, x_label, y_label, series):
         print(f"| {label} | {len(xs)} | {e:.2f}{margin} | {fit.last_exponent(xs, ys):.2f} |")
     axes.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label, title=title)
     axes.grid(True, which="major", alpha=0.4)
-    axes.legend(title="exponents")
+    axes.legend(title="exponents", loc="center left", bbox_to_anchor=(1.02, 0.5), frameon=False)  # covers no point
     save(figure, folder, name)
 
 
