@@ -11,7 +11,8 @@ namespace irradia {
 namespace {
 
 constexpr std::uint32_t samples_a_batch = 32;  // on one set of Sobol points
-constexpr std::size_t strata = 64, first_waves = 4;
+constexpr std::size_t strata = 64;
+constexpr std::size_t first_waves_cpu = 4, first_waves_gpu = 64;  // GPUs take as long for either
 constexpr std::uint32_t most_batches = 256;
 constexpr std::size_t items_a_launch_cpu = 1u << 12, items_a_launch_gpu = 1u << 17;
 
@@ -78,6 +79,10 @@ ErrorProbes::ErrorProbes(Run& run, const Film& film)
 void ErrorProbes::state(Checkpoint& c) {
     c(counted_)(counted_pixels_)(probes_)(batches_)(traced_)(seconds_)(effort_);
     places_.state(c);
+}
+
+std::size_t ErrorProbes::first_waves() const {
+    return run_.device.description().is_cpu ? first_waves_cpu : first_waves_gpu;
 }
 
 // Progress is reported, which may end the search, only where nothing is half done.
@@ -230,7 +235,7 @@ ErrorReport ErrorProbes::report(const Film& film) const {
 
 void spend(ErrorProbes& probes, const Film& film, double effort, double error) {
     const double began = probes.effort();
-    if (probes.waves() == 0) probes.add_waves(first_waves);
+    if (probes.waves() == 0) probes.add_waves(probes.first_waves());
     for (const double share : {0.4, 1.0}) {
         // A mean's variance at a given cost is least where n batches a pixel bring the noise to a part of the error
         // looked for: n = (s/e)² sqrt(2/(kurtosis - 1)), for a kurtosis of about 10 of the errors (theory 8). The error

@@ -24,6 +24,8 @@ public:
     /// More truth at the pixels that are there: until each has `batches`.
     void raise_batches(std::uint32_t batches);
 
+    /// Those of a pilot, from which the rest is decided.
+    [[nodiscard]] std::size_t first_waves() const;
     [[nodiscard]] std::size_t waves() const noexcept { return probes_.size() / places_.strata(); }
     [[nodiscard]] std::uint32_t batches() const noexcept { return batches_; }
     /// Mean variance of one batch's estimate, to the square of the truth's mean.

@@ -24,7 +24,10 @@ Estimate stratified_estimate(std::size_t strata, const std::vector<Draw>& draws)
     }
     const double parts = static_cast<double>(strata);
     std::vector<double> cubes(strata, 0.0);
-    for (const Draw& d : draws) cubes[d.stratum] += std::pow(d.value - of[d.stratum].mean, 3);
+    for (const Draw& d : draws) {
+        const double off = d.value - of[d.stratum].mean;
+        cubes[d.stratum] += off * off * off;
+    }
     double variance = 0, fourth = 0, third = 0;
     for (std::size_t h = 0; h < strata; ++h) {
         const Stratum& s = of[h];
