@@ -58,7 +58,9 @@ public:
                 run_.phase("probes");
                 ++steps_;
                 kept_.reset();
-                if (target_ > 0 ? meets(report_) : run_.elapsed() > limit) break;
+                // A search for no target ends with its time, which may be over since anything was reported.
+                report_.time_is_up = target_ <= 0 && run_.elapsed() > limit;
+                if (report_.time_is_up || (target_ > 0 && meets(report_))) break;
                 if (limit < never) kept_ = film_;
                 if (target_ <= 0) goal_ = std::clamp(0.6 * report_.rel_rmse.value, 1e-4, goal_);
                 if (!next_step(report_)) break;
