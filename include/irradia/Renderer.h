@@ -124,6 +124,8 @@ struct RenderStatistics {
     int spp = 0;
     double mean_spp = 0;  ///< samples that pixels took on average
     double seconds = 0;   ///< wall time of render()
+
+    [[nodiscard]] std::uint64_t total_rays() const;  ///< of all kinds
 };
 
 struct RenderResult {

@@ -38,12 +38,6 @@ std::string words(std::string key) {
     return key;
 }
 
-std::uint64_t rays_of(const RenderStatistics& s) {
-    std::uint64_t total = 0;
-    for (const auto& [kind, rays] : s.rays) total += rays;
-    return total;
-}
-
 std::string figure(const std::string& name, const std::string& value, const std::string& more = "") {
     return fmt::format("<div class=\"figure\"><dt>{}</dt><dd>{}{}</dd></div>\n", html::escape(name),
                        html::escape(value), more.empty() ? "" : " <small>" + html::escape(more) + "</small>");
@@ -62,8 +56,8 @@ std::string key_figures(const ReportInput& in) {
     out += figure("Samples a pixel", all ? most : html::number(s.mean_spp), all ? "" : "of at most " + most);
     if (s.records > 0) out += figure("Records", count(s.records));
     if (s.radiance_records > 0) out += figure("Radiance records", count(s.radiance_records));
-    out += figure("Rays", count(rays_of(s)),
-                  s.seconds > 0 ? count_text(static_cast<double>(rays_of(s)) / s.seconds) + " a second" : "");
+    out += figure("Rays", count(s.total_rays()),
+                  s.seconds > 0 ? count_text(static_cast<double>(s.total_rays()) / s.seconds) + " a second" : "");
     if (in.run.error != nullptr)
         out += figure("Estimated error", html::percent(in.run.error->rel_rmse.value),
                       in.run.error->doubt.empty() ? "" : "in doubt");
@@ -109,7 +103,7 @@ std::string times_section(const Run& run) {
 
 std::string rays_section(const Run& run) {
     const RenderStatistics& s = run.statistics;
-    const auto total = static_cast<double>(rays_of(s));
+    const auto total = static_cast<double>(s.total_rays());
     std::vector<Bar> bars;
     for (const auto& [kind, rays] : s.rays)
         if (rays > 0)

@@ -114,12 +114,6 @@ Json error_json(const ErrorReport& e) {
             {"doubt", e.doubt}};
 }
 
-std::uint64_t total_rays(const RenderStatistics& s) {
-    std::uint64_t total = 0;
-    for (const auto& [kind, rays] : s.rays) total += rays;
-    return total;
-}
-
 }  // namespace
 
 std::string stats_json(const Run& r) {
@@ -127,8 +121,8 @@ std::string stats_json(const Run& r) {
     Json stages = Json::object(), rays = Json::object();
     for (const auto& [name, time] : s.stages) stages[name] = {{"seconds", time.seconds}, {"launches", time.launches}};
     for (const auto& [kind, count] : s.rays) rays[kind] = count;
-    rays["total"] = total_rays(s);
-    rays["per_second"] = s.seconds > 0 ? static_cast<double>(total_rays(s)) / s.seconds : 0.0;
+    rays["total"] = s.total_rays();
+    rays["per_second"] = s.seconds > 0 ? static_cast<double>(s.total_rays()) / s.seconds : 0.0;
     Json load = Json::object();
     double load_seconds = 0, accel_seconds = 0;
     for (const auto& [phase, seconds] : r.load_phases) {
@@ -194,7 +188,7 @@ std::map<std::string, std::string> picture_metadata(const Run& r) {
     add("traversal", r.cpu_traversal ? "cpu" : "gpu");
     add("records", r.statistics.records);
     add("radiance_records", r.statistics.radiance_records);
-    add("rays", total_rays(r.statistics));
+    add("rays", r.statistics.total_rays());
     if (r.error != nullptr) {
         const Json error = error_json(*r.error);
         for (const auto& [key, value] : error.items()) {

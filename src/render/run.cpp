@@ -173,7 +173,7 @@ void Run::report(const std::string& stage, double fraction, std::uint64_t record
     p.stage = stage;
     p.fraction = std::clamp(fraction, 0.0, 1.0);
     p.records = records;
-    p.rays = rays();
+    p.rays = statistics.total_rays();
     p.elapsed = elapsed();
     progress_(p);
 }
@@ -196,13 +196,15 @@ void Run::phase(const std::string& name) {
     phase_start_ = now;
 }
 
-std::uint64_t Run::rays() const {
+std::uint64_t RenderStatistics::total_rays() const {
     std::uint64_t sum = 0;
-    for (const auto& [kind, count] : statistics.rays) sum += count;
+    for (const auto& [kind, count] : rays) sum += count;
     return sum;
 }
 
-double Run::effort() const { return device.description().is_cpu ? static_cast<double>(rays()) : elapsed(); }
+double Run::effort() const {
+    return device.description().is_cpu ? static_cast<double>(statistics.total_rays()) : elapsed();
+}
 
 double Run::elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 

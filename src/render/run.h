@@ -88,7 +88,6 @@ public:
 
 private:
     void clear_statistics();
-    [[nodiscard]] std::uint64_t rays() const;  // of all kinds
     using Clock = std::chrono::steady_clock;
     const ProgressCallback& progress_;
     Clock::time_point start_, phase_start_;

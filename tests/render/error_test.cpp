@@ -266,11 +266,7 @@ TEST(ReportError, TakesItsShareOfTheRays) {
     Device device({});
     RenderSettings s;
     s.spp = 256;
-    const auto rays = [](const RenderResult& result) {
-        double sum = 0;
-        for (const auto& [kind, count] : result.statistics.rays) sum += static_cast<double>(count);
-        return sum;
-    };
+    const auto rays = [](const RenderResult& result) { return static_cast<double>(result.statistics.total_rays()); };
     const double of_picture = rays(render(scene, device, s));
     s.report_error = true;
     for (const float share : {.2f, .8f}) {

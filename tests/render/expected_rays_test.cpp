@@ -27,9 +27,7 @@ TEST_P(ExpectedRays, AreRightWithinAFactorOfFour) {
     if (c.spp > 0) settings.spp = c.spp, settings.pixel_error = 0;
     Device device{DeviceOptions{}};
     const RenderResult result = render(scene, device, settings);
-    double traced = 0;
-    for (const auto& [kind, count] : result.statistics.rays) traced += static_cast<double>(count);
-    const double ratio = expected_rays(scene, settings) / traced;
+    const double ratio = expected_rays(scene, settings) / static_cast<double>(result.statistics.total_rays());
     EXPECT_GT(ratio, 0.25);
     EXPECT_LT(ratio, 4);
 }
