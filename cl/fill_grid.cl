@@ -70,24 +70,22 @@ IR_ONCE_FN uint grid_path(const SceneData* s, IR_GLOBAL const GridSum* sums, con
     return 0u;
 }
 
-// The index-th of all_paths. Returns how many slots it has taken, which go to `fresh`.
+// The index-th of all_paths. Returns how many slots it has taken, which go to `fresh`. (Rays are counted by the kernel:
+// PoCL puts functions that ask for the group into it, three times.)
 IR_ONCE_FN uint fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const GridParameters* grid,
-                             IR_GLOBAL uint* overflow, IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed,
-                             uint* fresh) {
+                             IR_GLOBAL uint* overflow, uint index, uint all_paths, uint seed, uint* fresh,
+                             RayCount* rays) {
     const IR_GLOBAL SceneInfo* info = s->info;
     Rng rng = rng_make(seed ^ 0x67726964u, index, 0u);
     const CameraRay ray = camera_ray_of_part(info, index, all_paths, &rng);
     const real3 origin = camera_origin(info);
     const Hit hit = trace_visible(s, origin, ray.direction, ray.t_min, ray.t_max, &rng);
-    count_up(ray_counts, IR_RAYS_CAMERA, 1u);
     if (hit.primitive == IR_NO_PRIMITIVE) return 0u;
     const Surface f = surface_at(s, origin, ray.direction, &hit);
     GridVertex path[IR_GRID_VERTICES];
     real3 tails[IR_GRID_VERTICES];
-    RayCount rays;
-    rays.bounce = rays.shadow = 0u;
     const uint most = edges_left(grid->edges, 1u);  // vertices behind one that count there: direct light takes an edge
-    const uint count = grid_path(s, sums, grid, f, most, &rng, path, tails, &rays);
+    const uint count = grid_path(s, sums, grid, f, most, &rng, path, tails, rays);
     uint taken = 0u;
     for (uint k = count; k-- > 0u;) {
         if (path[k].cosine < 0.0f) continue;
@@ -98,8 +96,6 @@ IR_ONCE_FN uint fill_by_path(const SceneData* s, IR_GLOBAL GridSum* sums, const 
         const uint slot = grid_deposit(grid, sums, path[k].p, path[k].n, arrives * path[k].cosine, overflow);
         if (slot != IR_GRID_NONE) fresh[taken++] = slot;
     }
-    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
-    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
     return taken;
 }
 
@@ -108,7 +104,12 @@ IR_INLINE_FN void fill_and_list(const SceneData* s, IR_GLOBAL GridSum* sums, con
                                 volatile IR_LOCAL uint* fresh, IR_GLOBAL uint* taken, IR_GLOBAL uint* overflow,
                                 IR_GLOBAL uint* ray_counts, uint index, uint all_paths, uint seed) {
     uint own[IR_GRID_VERTICES];
-    const uint count = fill_by_path(s, sums, grid, overflow, ray_counts, index, all_paths, seed, own);
+    RayCount rays;
+    rays.bounce = rays.shadow = 0u;
+    const uint count = fill_by_path(s, sums, grid, overflow, index, all_paths, seed, own, &rays);
+    count_up(ray_counts, IR_RAYS_CAMERA, 1u);
+    count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
+    count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
     for (uint i = 0; i < count; ++i) grid_fresh_add(fresh, own[i], taken);
 }
 

@@ -1,11 +1,12 @@
 // From the sums over a hemisphere to a record: irradiance, gradients in world space, and how far it reaches.
 #ifndef IR_MAKE_RECORD_H
 #define IR_MAKE_RECORD_H
+#include "group.h"
 #include "hemisphere_reduce.h"
 #include "irradia/shared/record_types.h"
 #include "radius.h"
 
-// ---- HemisphereSums in local memory, one array a member, lanes added up ------------------------------------------
+// ---- HemisphereSums in a group's memory, one array a member, lanes added up ------------------------------------------
 #define IR_SUM_FLOATS 23
 IR_FN void put3(float* totals, LaneVector v) {
     totals[0] = lanes_sum(v.x);
@@ -27,11 +28,11 @@ IR_ONCE_FN void lane_totals(const HemisphereSums* s, float* totals) {
     totals[22] = lanes_min(s->min_distance);
 }
 
-IR_INLINE_FN void store_sums(IR_LOCAL float* store, uint item, const float* totals) {
+IR_INLINE_FN void store_sums(IR_GROUP_SPACE float* store, uint item, const float* totals) {
     for (uint i = 0; i < IR_SUM_FLOATS; ++i) store[i * IR_GROUP + item] = totals[i];
 }
 
-IR_INLINE_FN void add_sums(IR_LOCAL float* store, uint to, uint from) {
+IR_INLINE_FN void add_sums(IR_GROUP_SPACE float* store, uint to, uint from) {
     for (uint i = 0; i < 22u; ++i) store[i * IR_GROUP + to] += store[i * IR_GROUP + from];
     store[22 * IR_GROUP + to] = min(store[22 * IR_GROUP + to], store[22 * IR_GROUP + from]);
 }
@@ -45,7 +46,7 @@ typedef struct HemisphereTotals {
 #define IR_LOAD3(store, first) \
     make_real3(store[(first)*IR_GROUP], store[((first) + 1) * IR_GROUP], store[((first) + 2) * IR_GROUP])
 
-IR_INLINE_FN HemisphereTotals load_totals(const IR_LOCAL float* store) {
+IR_INLINE_FN HemisphereTotals load_totals(const IR_GROUP_SPACE float* store) {
     HemisphereTotals s;
     s.irradiance = IR_LOAD3(store, 0);
     s.rx = IR_LOAD3(store, 3);

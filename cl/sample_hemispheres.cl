@@ -14,6 +14,7 @@
 #define IR_SKY_WHOLE 1  // hundreds of rays share a record: samples by what is seen would cost more than they mend
 #define IR_COUNTER_GROUPS 1u  // threads sample neighbouring hemispheres at the same time
 #include "film.h"
+#include "group.h"
 #include "indirect.h"
 #include "make_record.h"
 #include "shading_point.h"
@@ -36,12 +37,12 @@
 #define IR_SCRATCH_SUMS (IR_SUM_FLOATS * IR_GROUP)
 #if IR_GLOBAL_CELLS
 #define IR_CELL_SPACE IR_GLOBAL
-#define IR_CELL_BARRIER IR_BARRIER_ALL
+#define IR_CELL_BARRIER IR_GROUP_BARRIER_ALL
 #define IR_GROUP_CELLS (global_cells + IR_GROUP_ID * IR_SCRATCH_CELLS)
 #define IR_SCRATCH IR_SCRATCH_SUMS
 #else
-#define IR_CELL_SPACE IR_LOCAL
-#define IR_CELL_BARRIER IR_BARRIER
+#define IR_CELL_SPACE IR_GROUP_SPACE
+#define IR_CELL_BARRIER IR_GROUP_BARRIER
 #define IR_GROUP_CELLS scratch
 #define IR_SCRATCH (IR_SCRATCH_CELLS > IR_SCRATCH_SUMS ? IR_SCRATCH_CELLS : IR_SCRATCH_SUMS)
 #endif
@@ -234,7 +235,7 @@ IR_ONCE_FN uint trace_cells(const SceneData* s, const Grid* grid, const ShadingP
 
 // Traces one tile of strata from q and stores its cells; those put off go to `deferred`, whose first entry is their number.
 IR_INLINE_FN void sample_tile(const SceneData* s, const Grid* grid, const ShadingPoint* q, uint record, uint tile,
-                              uint edges, uint seed, IR_CELL_SPACE float* cells, volatile IR_LOCAL uint* deferred,
+                              uint edges, uint seed, IR_CELL_SPACE float* cells, volatile IR_GROUP_SPACE uint* deferred,
                               RayCount* rays) {
     TileCells own;
     const uint off = trace_cells(s, grid, q, record, tile, edges, seed, &own, rays);
@@ -304,6 +305,52 @@ IR_INLINE_FN void keep_samples(const IR_CELL_SPACE float* cells, uint first, con
 #define IR_RADIANCE_SAMPLES
 #endif
 
+// What a group has to sample one hemisphere.
+typedef struct HemisphereTask {
+    IR_CELL_SPACE float* cells;
+    IR_GROUP_SPACE float *scratch, *partial;
+    volatile IR_GROUP_SPACE uint* deferred;  // the number of cells put off, then which
+    IR_GLOBAL const float* ring_weights;
+    uint index;  // what the random numbers are a function of
+    uint edges, seed;
+} HemisphereTask;
+
+// Steps 1 and 2: the sums over the hemisphere at q, complete for item 0. `samples`: see keep_samples.
+IR_GROUP_FN HemisphereTotals hemisphere_totals(const SceneData* s, const Grid* grid, const ShadingPoint* q,
+                                               const HemisphereTask* task, const RecordParameters* parameters, uint item,
+                                               IR_GLOBAL float* samples, uint stride, RayCount* rays) {
+    IR_CELL_SPACE float* const cells = task->cells;
+    IR_GROUP_SPACE float* const scratch = task->scratch;
+#if IR_DEFER_PATHS
+    if (item == 0u) task->deferred[0] = 0u;
+    IR_GROUP_BARRIER();
+#endif
+    for (uint tile = item; tile < IR_TILES; tile += IR_GROUP)
+        sample_tile(s, grid, q, task->index, tile, task->edges, task->seed, cells, task->deferred, rays);
+#if IR_DEFER_PATHS
+    IR_CELL_BARRIER();
+    for (uint i = item; i < task->deferred[0]; i += IR_GROUP)
+        continue_cell(s, grid, q, task->index, task->deferred[1u + i], task->edges, task->seed, cells, rays);
+#endif
+    IR_CELL_BARRIER();
+#if IR_RADIANCE
+    keep_samples(cells, item, q, s->info->diagonal, stride, samples);
+#endif
+    const float limit = brightness_limit(cells, item, parameters->firefly, task->partial);
+    float own[IR_SUM_FLOATS];
+    const HemisphereSums sums =
+        sum_cells(cells, item, limit, parameters->r_min, parameters->r_max, task->ring_weights);
+    lane_totals(&sums, own);
+    IR_GROUP_BARRIER();  // everyone has read the cells: their memory now holds the sums
+    store_sums(scratch, item, own);
+    IR_GROUP_BARRIER();
+    for (uint half_size = IR_GROUP / 2u; half_size > 0u; half_size >>= 1) {
+        if (item < half_size) add_sums(scratch, item, item + half_size);
+        IR_GROUP_BARRIER();
+    }
+    return load_totals(scratch);
+}
+
 IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* points, IR_GLOBAL const uint* stack,
                                   IR_GLOBAL const float* ring_weights, IR_GLOBAL RecordKey* record_keys,
                                   IR_GLOBAL RecordValue* record_values, IR_GLOBAL uint* ray_counts,
@@ -311,55 +358,39 @@ IR_KERNEL void sample_hemispheres(IR_SCENE_ARGS, IR_GLOBAL const ShadingPoint* p
                                   RecordParameters parameters, IR_GLOBAL float* global_cells,
                                   IR_RADIANCE_SAMPLES uint first, uint first_record, uint salt, uint edges,
                                   uint seed) {
-    IR_LOCAL_ARRAY(float, scratch, IR_SCRATCH);
-    IR_LOCAL_ARRAY(float, partial, IR_GROUP);
-    const uint item = IR_LOCAL_ID;
+    IR_GROUP_ARRAY(float, scratch, IR_SCRATCH);
+    IR_GROUP_ARRAY(float, partial, IR_GROUP);
+    IR_GROUP_ARRAY(uint, deferred, IR_DEFER_PATHS ? 1 + IR_CELLS : 1);
     const uint record = first_record + first + IR_GROUP_ID;  // where the record is stored
     IR_SCENE_INIT(s);
     const ShadingPoint q = points[stack[first + IR_GROUP_ID]];
-    // What its random numbers are a function of: the pixel, so that records elsewhere do not change them. (`salt` tells
-    // records of one pixel apart.)
-    const uint index = q.pixel ^ hash_uint(salt);
+    HemisphereTask task;
+    task.cells = IR_GROUP_CELLS;
+    task.scratch = scratch;
+    task.partial = partial;
+    task.deferred = deferred;
+    task.ring_weights = ring_weights;
+    // The pixel, so that records elsewhere do not change them. (`salt` tells records of one pixel apart.)
+    task.index = q.pixel ^ hash_uint(salt);
+    task.edges = edges;
+    task.seed = seed;
     Grid view;
     view.parameters = &grid;
     view.cells = grid_cells;
     RayCount rays;
     rays.bounce = rays.shadow = 0u;
-#if IR_DEFER_PATHS
-    IR_LOCAL_ARRAY(uint, deferred, 1 + IR_CELLS);  // their number, then which
-    if (item == 0u) deferred[0] = 0u;
-    IR_BARRIER();
+#if IR_RADIANCE
+    IR_GLOBAL float* const kept = samples + (size_t)(record - first_kept) * (IR_SAMPLE_FLOATS * stride);
 #else
-    IR_LOCAL uint* const deferred = 0;
+    IR_GLOBAL float* const kept = 0;
+    const uint stride = 0u;
 #endif
-    for (uint tile = item; tile < IR_TILES; tile += IR_GROUP)
-        sample_tile(&s, &view, &q, index, tile, edges, seed, IR_GROUP_CELLS, deferred, &rays);
-#if IR_DEFER_PATHS
-    IR_CELL_BARRIER();
-    for (uint i = item; i < deferred[0]; i += IR_GROUP)
-        continue_cell(&s, &view, &q, index, deferred[1u + i], edges, seed, IR_GROUP_CELLS, &rays);
-#endif
+    const HemisphereTotals totals =
+        hemisphere_totals(&s, &view, &q, &task, &parameters, IR_LOCAL_ID, kept, stride, &rays);
     count_up(ray_counts, IR_RAYS_BOUNCE, rays.bounce);
     count_up(ray_counts, IR_RAYS_SHADOW, rays.shadow);
-    if (item == 0u) count_up(ray_counts, IR_RAYS_HEMISPHERE, (uint)IR_CELLS);
-    IR_CELL_BARRIER();
-#if IR_RADIANCE
-    keep_samples(IR_GROUP_CELLS, item, &q, info->diagonal, stride,
-                 samples + (size_t)(record - first_kept) * (IR_SAMPLE_FLOATS * stride));
-#endif
-    const float limit = brightness_limit(IR_GROUP_CELLS, item, parameters.firefly, partial);
-    float own[IR_SUM_FLOATS];
-    const HemisphereSums sums = sum_cells(IR_GROUP_CELLS, item, limit, parameters.r_min, parameters.r_max, ring_weights);
-    lane_totals(&sums, own);
-    IR_BARRIER();  // everyone has read the cells: their memory now holds the sums
-    store_sums(scratch, item, own);
-    IR_BARRIER();
-    for (uint half_size = IR_GROUP / 2u; half_size > 0u; half_size >>= 1) {
-        if (item < half_size) add_sums(scratch, item, item + half_size);
-        IR_BARRIER();
-    }
-    if (item == 0u) {
-        const HemisphereTotals totals = load_totals(scratch);
+    if (IR_LOCAL_ID == 0u) {
+        count_up(ray_counts, IR_RAYS_HEMISPHERE, (uint)IR_CELLS);
         const uint coated = q.state >> 8;
         const uint coat = coated == 0u ? 0u : materials[coated - 1u].coat;
         make_record(&q, coat, &totals, parameters, &record_keys[record], &record_values[record]);

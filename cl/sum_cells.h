@@ -3,6 +3,7 @@
 // Compile-time: IR_M, IR_N, IR_GROUP, IR_GRADIENT, IR_RADIUS, IR_CELL_SPACE (the memory that the cells lie in).
 #ifndef IR_SUM_CELLS_H
 #define IR_SUM_CELLS_H
+#include "group.h"
 #include "hemisphere_reduce.h"
 
 #define IR_CELLS (IR_M * IR_N)
@@ -71,12 +72,15 @@ IR_FN HemisphereSample azimuth_neighbours(HemisphereSample own, const float* bef
 }
 
 // Mean luminance of a group's cells times `factor`; IR_INFINITY if factor is 0. Every work-item must call it.
-IR_INLINE_FN float brightness_limit(const IR_CELL_SPACE float* cells, uint item, float factor, IR_LOCAL float* sums) {
+IR_INLINE_FN float brightness_limit(const IR_CELL_SPACE float* cells, uint item, float factor,
+                                    IR_GROUP_SPACE float* sums) {
+    lanes luminances = lanes_of(0.0f);
+    for (uint cell = item * IR_LANES; cell < IR_CELLS; cell += IR_GROUP * IR_LANES)
+        luminances += IR_LUMINANCE(lanes_load(cells, 6u * IR_CELLS + cell), lanes_load(cells, 7u * IR_CELLS + cell),
+                                   lanes_load(cells, 8u * IR_CELLS + cell));
+    sums[item] = lanes_sum(luminances);
+    IR_GROUP_BARRIER();
     float sum = 0.0f;
-    for (uint cell = item; cell < IR_CELLS; cell += IR_GROUP) sum += luminance(load3(cells, 6u, cell));
-    sums[item] = sum;
-    IR_BARRIER();
-    sum = 0.0f;
     for (uint i = 0; i < IR_GROUP; ++i) sum += sums[i];
     return factor > 0.0f ? factor * sum / (float)IR_CELLS : IR_INFINITY;
 }

@@ -1,5 +1,6 @@
 #include "render/hemispheres.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -18,9 +19,12 @@ constexpr float unit_tau = 1000.0f;
 constexpr float largest_aspect = 3.0f;                        // theory 6: 2-3 is a fair compromise
 constexpr std::size_t largest_cells = std::size_t{64} << 20;  // bytes of one hemisphere
 constexpr std::size_t cells_memory = std::size_t{256} << 20;  // bytes of those that run at once, in global memory
+constexpr std::size_t stack_memory = std::size_t{1} << 20;    // bytes of one hemisphere, where that lies on a stack
 // Four and three groups at once on NVIDIA's multiprocessors of 65536 registers. Measured on an H100, of 64, 80, 96,
 // 128: without the grid 1.58, 1.45, 1.16, 1.15 G rays/s in a room of 60 k triangles, with it .88, .88, .70, .75.
 constexpr int registers(bool grid) { return grid ? 80 : 64; }
+// A CPU's core runs the work-items of a group one after the other: there one does it all (cl/group.h).
+std::size_t group_size(const Device& device) { return device.cpu_traversal() ? 1 : device.group_size(); }
 constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;  // cl/sample_hemispheres.cl, cl/make_record.h
 }  // namespace
 
@@ -35,15 +39,16 @@ HemisphereSampler::HemisphereSampler(Run& run, Hemispheres purpose) : run_(run) 
     if (settings.hemisphere_m < 1 || settings.hemisphere_n < 3)
         throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) +
                     ": expected at least 1 ring and 3 sectors");
-    const std::size_t group = run.device.group_size();
+    const std::size_t group = group_size(run.device);
     cell_bytes_ = sizeof(float) * floats_a_cell * m * n;
     if (cell_bytes_ > largest_cells)
         throw Error("--hemisphere " + std::to_string(m) + "x" + std::to_string(n) + ": " + std::to_string(m * n) +
                     " directions, expected at most " + std::to_string(largest_cells / sizeof(float) / floats_a_cell));
-    // GPUs have 48 KiB of local memory: 1203 directions.
-    const std::size_t words = group + (run.device.cpu_traversal() ? 0 : m * n + 1);  // partial sums; paths put off
+    // GPUs have 48 KiB of local memory: 1203 directions. CPU devices call a core's cache that.
+    const std::size_t words = group + 1 + (run.device.cpu_traversal() ? 0 : m * n);  // partial sums; paths put off
+    const std::size_t local = run.device.description().local_memory;
     global_cells_ = std::max(cell_bytes_, sizeof(float) * floats_a_sum * group) + sizeof(float) * words >
-                    run.device.description().local_memory;
+                    (group == 1 ? std::min(local, stack_memory) : local);
     cells_ = run.device.allocate(global_cells_ ? std::max(cell_bytes_, cells_memory) : 0);
     const bool radiance = purpose == Hemispheres::radiance_records;
     const int gradient = purpose == Hemispheres::irradiance ? 0 : static_cast<int>(settings.gradients);
@@ -101,7 +106,7 @@ void HemisphereSampler::sample(const Buffer& points, const Buffer& stack, std::s
             .arg(salt)
             .arg(run_.edges_beyond_hemisphere())
             .arg(run_.seed())
-            .run(std::min(batch, count - first), run_.device.group_size());
+            .run(std::min(batch, count - first), group_size(run_.device));
     }
     run_.collect_rays();
 }
