@@ -79,8 +79,8 @@ CachingRenderer::Caching::Caching(Run& run)
     run.phase("lobes");
 }
 
-// In the order in which they are asked for, but the slowest to compile before the quickest. What is left out is
-// compiled when it is asked for, no worse than before.
+// In the order in which they are asked for, but the slowest to compile before the quickest: then two processes end at about
+// the same time. What is left out is compiled when it is asked for, no worse than before.
 void CachingRenderer::Caching::expect_kernels() {
     if (run_.edges_beyond_camera() < 2) return;  // direct light alone
     std::vector<KernelSource> kernels;
@@ -91,6 +91,7 @@ void CachingRenderer::Caching::expect_kernels() {
     kernels.push_back(run_.scene_source("find_misses.cl", miss_defines()));
     if (radiance_) kernels.push_back(radiance_->hemisphere_kernel(grid_));
     kernels.push_back(run_.scene_source("shade_pixels.cl", shade_defines(grid_.defines_to_come())));
+    kernels.push_back({"merge_grid.cl", {}});
     kernels.push_back({"insert_records.cl", cache_.defines()});
     run_.device.expect(kernels);
 }

@@ -114,42 +114,35 @@ bool IrradianceGrid::try_fill(std::size_t slots) {
         run_.report("grid", 0);
     }
     const std::size_t cell_group = run_.device.group_size();
-    std::uint32_t cells = 0;
+    Buffer answers = run_.device.allocate(sizeof(std::uint32_t));
+    run_.device.fill(answers, 0, sizeof(std::uint32_t));
+    std::uint32_t cells = 0;  // whose levels are merged
     for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
         const std::uint32_t end = first_word(taken);
         if (end == cells) break;  // of a scene in which no path leaves anything
-        run_.device.kernel("fill_grid.cl", "merge_grid_level", run_.scene_defines())
+        run_.device.kernel("merge_grid.cl", "merge_grid_level", {})
             .arg(sums)
             .arg(parameters_)
             .arg(taken)
             .arg(overflow_)
+            .arg(answers)
             .arg(cells)
             .arg(end - cells)
             .run(group_count(end - cells, cell_group), cell_group);
         cells = end;
     }
     if (full()) return false;
-    make_cells(sums, taken, first_word(taken));
+    const std::uint32_t all = first_word(taken);
+    make_cells(sums, taken, all, first_word(answers) + (all - cells));  // nearly all of the last level answer
     return !full();
 }
 
-void IrradianceGrid::make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells) {
+void IrradianceGrid::make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells, std::uint32_t answers) {
     const std::size_t group = run_.device.group_size(), groups = group_count(std::max(cells, 1u), group);
-    Buffer count = run_.device.allocate(sizeof(std::uint32_t));
-    run_.device.fill(count, 0, sizeof(std::uint32_t));
-    run_.device.kernel("fill_grid.cl", "count_grid_answers", run_.scene_defines())
-        .arg(sums)
-        .arg(parameters_)
-        .arg(taken)
-        .arg(count)
-        .arg(cells)
-        .run(groups, group);
-    std::uint32_t answers = 0;
-    run_.device.read(count, &answers, sizeof answers);
     const std::uint32_t slots = std::bit_ceil(std::max(2 * answers, 64u));
     cells_ = run_.device.allocate(slots * sizeof(shared::GridCell));
     run_.device.fill(cells_, 0, slots * sizeof(shared::GridCell));
-    run_.device.kernel("fill_grid.cl", "grid_means", run_.scene_defines())
+    run_.device.kernel("merge_grid.cl", "grid_means", {})
         .arg(sums)
         .arg(cells_)
         .arg(parameters_)

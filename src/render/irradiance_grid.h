@@ -36,7 +36,7 @@ private:
     // False if a table of that many slots turned out too small.
     bool try_fill(std::size_t slots);
     [[nodiscard]] std::map<std::string, std::string> defines(bool on) const;
-    void make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells);
+    void make_cells(const Buffer& sums, const Buffer& taken, std::uint32_t cells, std::uint32_t answers);
 
     Run& run_;
     shared::GridParameters parameters_{};

@@ -1,4 +1,4 @@
-// The irradiance grid's table: sums, keys, levels, answers (cl/irradiance_grid.h, cl/fill_grid.cl).
+// The irradiance grid's table: sums, keys, levels, answers (cl/irradiance_grid.h, cl/merge_grid.cl).
 #include <algorithm>
 #include <map>
 #include <random>
@@ -55,7 +55,7 @@ public:
         kernel.arg(sums_).arg(parameters_).arg(taken_).arg(overflow_).arg(in).arg(count).run((count + 15) / 16, 16);
     }
     void merge() {
-        std::uint32_t first = 0;
+        std::uint32_t first = merged_;
         for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
             const std::uint32_t end = taken();
             fill_kernel("merge_grid_level")
@@ -63,23 +63,18 @@ public:
                 .arg(parameters_)
                 .arg(taken_)
                 .arg(overflow_)
+                .arg(answers_)
                 .arg(first)
                 .arg(end - first)
                 .run((end - first) / 16 + 1, 16);
-            first = end;
+            merged_ = first = end;
         }
     }
+    /// Cells that may answer, at most.
     std::uint32_t answers() {
-        const Buffer count = zero(sizeof(std::uint32_t));
-        fill_kernel("count_grid_answers")
-            .arg(sums_)
-            .arg(parameters_)
-            .arg(taken_)
-            .arg(count)
-            .arg(taken())
-            .run(taken() / 16 + 1, 16);
         std::uint32_t n = 0;
-        device().read(count, &n, sizeof n);
+        device().read(answers_, &n, sizeof n);
+        n += taken() - merged_;
         return n;
     }
     void means(std::uint32_t slots) {
@@ -151,12 +146,12 @@ private:
     [[nodiscard]] Kernel fill_kernel(const std::string& name) const {
         std::map<std::string, std::string> defines = defines_;
         defines["IR_FEATURES"] = "0u";
-        return device().kernel("fill_grid.cl", name, defines);
+        return device().kernel("merge_grid.cl", name, defines);
     }
     GridParameters parameters_;
     std::map<std::string, std::string> defines_;
-    Buffer sums_, taken_, cells_, overflow_ = zero(sizeof(std::uint32_t));
-    std::uint32_t cell_slots_ = 64;
+    Buffer sums_, taken_, cells_, overflow_ = zero(sizeof(std::uint32_t)), answers_ = zero(sizeof(std::uint32_t));
+    std::uint32_t cell_slots_ = 64, merged_ = 0;  // merged_: cells whose levels are merged
 };
 
 std::vector<std::array<std::uint32_t, 8>> keys_of(const std::vector<std::array<V, 2>>& points,
@@ -250,6 +245,30 @@ TEST(DeviceGrid, SlotsInUseAreListedOnce) {
         std::sort(slots.begin(), slots.end());
         EXPECT_EQ(slots, table.used_slots()) << room;
     }
+}
+
+// Of the levels that are merged those with enough estimates, of the last one all: as many slots as means may need.
+TEST(DeviceGrid, CellsThatMayAnswerAreCounted) {
+    std::mt19937 random(11);
+    std::uniform_int_distribution<int> place(0, 40);
+    std::vector<Deposit> deposits;
+    for (int i = 0; i < 9000; ++i) {
+        const int x = std::min(place(random), place(random));
+        deposits.push_back({middle(x, place(random) / 14, place(random) / 21), kUp, {1, 1, 1}});
+    }
+    Table table(parameters(16384));
+    table.deposit(deposits);
+    table.merge();
+    std::map<std::uint32_t, std::uint32_t> enough, cells;  // by level
+    for (const auto& [key, sum] : table.sums()) {
+        ++cells[key >> 30];
+        if (sum.samples >= parameters(64).least) ++enough[key >> 30];
+    }
+    for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
+        EXPECT_GT(enough[level], 5u) << level;
+        EXPECT_LT(enough[level], cells[level]) << level;
+    }
+    EXPECT_EQ(table.answers(), enough[0] + enough[1] + enough[2] + cells[3]);
 }
 
 // What no sum can hold counts as 2^62 units and does not wrap; nothing and almost nothing count as nothing.

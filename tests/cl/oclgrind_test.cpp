@@ -19,8 +19,8 @@ using Names = std::set<std::string>;
 
 const Names kUngridded{"find_misses",    "sample_hemispheres", "clamp_records",
                        "insert_records", "pack_records",       "shade_pixels"};
-const Names kIrradiance{"trace_grid_paths",   "merge_grid_level", "count_grid_answers", "grid_means",   "find_misses",
-                        "sample_hemispheres", "clamp_records",    "insert_records",     "pack_records", "shade_pixels"};
+const Names kIrradiance{"trace_grid_paths", "merge_grid_level", "grid_means",   "find_misses", "sample_hemispheres",
+                        "clamp_records",    "insert_records",   "pack_records", "shade_pixels"};
 const Names kRadianceSamples = [] {
     Names names = kIrradiance;
     names.insert("tabulate_lobes");
@@ -45,8 +45,8 @@ const Names kUnderSky = [] {
 const Names kGather{"gather_points", "sample_hemispheres", "gather_irradiance"};
 const Names kPath{"trace_paths"};
 const Names kProbes{"find_lamps", "probe_pixels"};
-const Names kPoints{"trace_grid_paths", "merge_grid_level",   "count_grid_answers", "grid_means",  "find_point_misses",
-                    "point_irradiance", "sample_hemispheres", "insert_records",     "pack_records"};
+const Names kPoints{"trace_grid_paths", "merge_grid_level",   "grid_means",     "find_point_misses",
+                    "point_irradiance", "sample_hemispheres", "insert_records", "pack_records"};
 Names with_lamps(Names names) {  // --aov all: counted
     names.insert("find_lamps");
     return names;
@@ -60,8 +60,7 @@ const Names kFormulas{"formula_angle",      "formula_crease", "formula_edge_flux
 const Names kCache{"insert_records", "move_nodes", "pack_records", "look_up"};
 const Names kEchoSizes{"echo_sizes"};
 const Names kShapes{"test_cylinder", "test_lens_ray", "test_lens_centre"};
-const Names kGrid{"test_grid_deposit", "test_grid_keys",     "test_grid_lookup",
-                  "merge_grid_level",  "count_grid_answers", "grid_means"};
+const Names kGrid{"test_grid_deposit", "test_grid_keys", "test_grid_lookup", "merge_grid_level", "grid_means"};
 
 const Names kLights{"test_light_samples", "test_light_tile", "test_environment", "test_area_light", "test_grid_keys"};
 const Names kTextures{"test_textures"};
