@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstddef>
 #include <numeric>
 #include <span>
@@ -46,6 +47,26 @@ T sum_in_ranges(int threads, std::size_t count, const F& f) {
         sums[range] = sum;
     });
     return std::accumulate(sums.begin(), sums.end(), T{});
+}
+
+/// Sorts `v` by `before`, a total order, on several threads: parts, which are then merged two by two.
+template <class Vector, class Before>
+void sort_in_parts(int threads, Vector& v, const Before& before) {
+    const std::size_t most =
+        std::min<std::size_t>(range_count(v.size()), static_cast<std::size_t>(std::max(threads, 1)));
+    const std::size_t parts = std::bit_ceil(std::max<std::size_t>(most, 1));
+    const auto at = [&](std::size_t part) { return v.begin() + static_cast<std::ptrdiff_t>(v.size() * part / parts); };
+    in_ranges(
+        threads, parts, [&](std::size_t part, std::size_t, std::size_t) { std::sort(at(part), at(part + 1), before); },
+        1);
+    for (std::size_t merged = 1; merged < parts; merged *= 2)
+        in_ranges(
+            threads, parts / (2 * merged),
+            [&](std::size_t pair, std::size_t, std::size_t) {
+                const std::size_t first = 2 * merged * pair;
+                std::inplace_merge(at(first), at(first + merged), at(first + 2 * merged), before);
+            },
+            1);
 }
 
 /// The same elements, copied on several threads.

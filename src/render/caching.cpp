@@ -79,8 +79,8 @@ CachingRenderer::Caching::Caching(Run& run)
     run.phase("lobes");
 }
 
-// In the order in which they are asked for, but the slowest to compile before the quickest: then two processes end at about
-// the same time. What is left out is compiled when it is asked for, no worse than before.
+// In the order in which they are asked for, but the slowest to compile before the quickest: two processes then end at
+// about the same time. What is left out is compiled when it is asked for, no worse than before.
 void CachingRenderer::Caching::expect_kernels() {
     if (run_.edges_beyond_camera() < 2) return;  // direct light alone
     std::vector<KernelSource> kernels;

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <random>
+#include <span>
 
+#include "core/in_ranges.h"
 #include "render/lamps.h"
 
 namespace irradia {
@@ -16,14 +18,37 @@ constexpr std::size_t first_waves_cpu = 4, first_waves_gpu = 64;  // GPUs take a
 constexpr std::uint32_t most_batches = 256;
 constexpr std::size_t items_a_launch_cpu = 1u << 12, items_a_launch_gpu = 1u << 17;
 
-double mean_of(const Film& film, const std::vector<std::uint8_t>& counted) {
-    double sum = 0, count = 0;
-    for (std::size_t i = 0; i < counted.size(); ++i) {
-        if (counted[i] == 0) continue;
-        for (std::size_t c = 0; c < 3; ++c) sum += film.mean(i, c) + film.mean(i, 3 + c);
-        count += 3;
-    }
-    return sum / count;
+double mean_of(const Film& film, const std::vector<std::uint8_t>& counted, double pixels, int threads) {
+    return sum_in_ranges<double>(threads, counted.size(),
+                                 [&](std::size_t i) {
+                                     double sum = 0;
+                                     for (std::size_t c = 0; counted[i] != 0 && c < 3; ++c)
+                                         sum += film.mean(i, c) + film.mean(i, 3 + c);
+                                     return sum;
+                                 }) /
+           (3 * pixels);
+}
+
+/// How a pixel's luminance differs from those around it.
+struct Contrast {
+    double stands_out, range;  // from the mean of its eight neighbours; of all within two pixels
+};
+
+Contrast contrast(std::span<const double> luminance, int width, int height, int x, int y) {
+    const auto at = [&](int u, int v) {
+        return luminance[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
+    };
+    double around = 0, places = 0, lowest = at(x, y), highest = lowest;
+    for (int v = std::max(y - 2, 0); v <= std::min(y + 2, height - 1); ++v)
+        for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width - 1); ++u) {
+            const double l = at(u, v);
+            lowest = std::min(lowest, l);
+            highest = std::max(highest, l);
+            if (std::abs(u - x) > 1 || std::abs(v - y) > 1 || (u == x && v == y)) continue;
+            around += l;
+            places += 1;
+        }
+    return {places > 0 ? std::abs(at(x, y) - around / places) : 0, highest - lowest};
 }
 
 }  // namespace
@@ -32,43 +57,37 @@ double mean_of(const Film& film, const std::vector<std::uint8_t>& counted) {
 // their neighbours, and of pixels near edges. A lamp next to a pixel counts as an edge, but as no brighter one.
 StratifiedPixels ErrorProbes::places(const Run& run, const Film& film, const std::vector<std::uint8_t>& counted) {
     const int width = static_cast<int>(run.scene.info.width), height = static_cast<int>(run.scene.info.height);
-    const auto at = [&](int x, int y) {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+    const int threads = run.device.host_threads();
+    const auto pixels = static_cast<double>(std::count(counted.begin(), counted.end(), 1));
+    const double brightest = 4 * mean_of(film, counted, pixels, threads);
+    UntouchedVector<double> luminance(film.pixels());
+    in_ranges(threads, luminance.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) luminance[i] = std::min(film.luminance(i), brightest);
+    });
+    UntouchedVector<Contrast> contrasts(film.pixels());
+    in_ranges(threads, contrasts.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            contrasts[i] = counted[i] != 0 ? contrast(luminance, width, height, static_cast<int>(i) % width,
+                                                      static_cast<int>(i) / width)
+                                           : Contrast{0, 0};
+    });
+    const auto sum = [&](const auto& f) {
+        return sum_in_ranges<double>(threads, contrasts.size(), [&](std::size_t i) { return f(contrasts[i]); });
     };
-    const double brightest = 4 * mean_of(film, counted);
-    std::vector<double> luminance(film.pixels()), stands_out(film.pixels(), 0.0), range(film.pixels(), 0.0);
-    for (std::size_t i = 0; i < luminance.size(); ++i) luminance[i] = std::min(film.luminance(i), brightest);
-    double sum = 0, square_sum = 0, range_sum = 0, count = 0;
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const std::size_t i = at(x, y);
-            if (counted[i] == 0) continue;
-            double around = 0, places = 0, lowest = luminance[i], highest = lowest;
-            for (int v = std::max(y - 2, 0); v <= std::min(y + 2, height - 1); ++v)
-                for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width - 1); ++u) {
-                    const double l = luminance[at(u, v)];
-                    lowest = std::min(lowest, l);
-                    highest = std::max(highest, l);
-                    if (std::abs(u - x) > 1 || std::abs(v - y) > 1 || (u == x && v == y)) continue;
-                    around += l;
-                    places += 1;
-                }
-            stands_out[i] = places > 0 ? std::abs(luminance[i] - around / places) : 0;
-            range[i] = highest - lowest;
-            sum += stands_out[i];
-            square_sum += stands_out[i] * stands_out[i];
-            range_sum += range[i];
-            count += 1;
+    const double stands_out = sum([](const Contrast& c) { return c.stands_out; });
+    const double square = sum([](const Contrast& c) { return c.stands_out * c.stands_out; });
+    const double range = sum([](const Contrast& c) { return c.range; });
+    UntouchedVector<double> weights(film.pixels());
+    in_ranges(threads, weights.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Contrast& c = contrasts[i];
+            weights[i] = counted[i] != 0 ? 1 / pixels : 0;
+            if (counted[i] != 0 && stands_out > 0)
+                weights[i] = 0.3 * weights[i] + 0.2 * c.stands_out / stands_out +
+                             0.25 * c.stands_out * c.stands_out / square + 0.25 * c.range / range;
         }
-    std::vector<double> weights(film.pixels(), 0.0);
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-        if (counted[i] == 0) continue;
-        weights[i] = 1 / count;
-        if (sum > 0)
-            weights[i] = 0.3 * weights[i] + 0.2 * stands_out[i] / sum +
-                         0.25 * stands_out[i] * stands_out[i] / square_sum + 0.25 * range[i] / range_sum;
-    }
-    return {weights, strata};
+    });
+    return {std::span<const double>(weights), strata, threads};
 }
 
 ErrorProbes::ErrorProbes(Run& run, const Film& film)
@@ -202,8 +221,9 @@ double ErrorProbes::batch_variance() const {
 
 std::array<double, 2> ErrorProbes::squared_error(const Film& film) const {
     const Residuals r = residuals(film);
-    const double mean =
-        std::max(mean_of(film, counted_) - stratified_estimate(places_.strata(), r.difference).mean, 1e-30);
+    const double mean = std::max(mean_of(film, counted_, counted_pixels_, run_.device.host_threads()) -
+                                     stratified_estimate(places_.strata(), r.difference).mean,
+                                 1e-30);
     const Estimate square = stratified_estimate(places_.strata(), r.square);
     return {square.mean / (mean * mean), square.deviation / (mean * mean)};
 }
@@ -214,7 +234,8 @@ ErrorReport ErrorProbes::report(const Film& film) const {
     const auto estimate = [&](const std::vector<Draw>& draws) { return stratified_estimate(parts, draws); };
     ErrorReport e;
     const Estimate bias = estimate(r.difference), square = estimate(r.square), variance = estimate(r.variance);
-    const double mean = std::max(mean_of(film, counted_) - bias.mean, 1e-30);
+    const double mean =
+        std::max(mean_of(film, counted_, counted_pixels_, run_.device.host_threads()) - bias.mean, 1e-30);
     const auto root = [&](double x) { return std::sqrt(std::max(x, 0.0)) / mean; };
     const Interval b = interval_of(bias), s = interval_of_squares(square);
     e.mean_bias = {b.value / mean, b.low / mean, b.high / mean};

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "core/in_ranges.h"
 
 namespace irradia {
 
@@ -66,17 +67,32 @@ Interval interval_of_squares(const Estimate& e) {
     return {std::max(i.value, 0.0), std::max(i.low, 0.0), std::max(i.high, e.deviation)};
 }
 
-StratifiedPixels::StratifiedPixels(const std::vector<double>& weights, std::size_t strata) : strata_(strata) {
-    order_.resize(weights.size());
-    std::iota(order_.begin(), order_.end(), 0u);
-    order_.erase(std::remove_if(order_.begin(), order_.end(), [&](std::uint32_t i) { return !(weights[i] > 0); }),
-                 order_.end());
-    std::stable_sort(order_.begin(), order_.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return weights[a] < weights[b]; });
-    cumulative_.reserve(order_.size());
+StratifiedPixels::StratifiedPixels(std::span<const double> weights, std::size_t strata, int threads) : strata_(strata) {
+    struct Weighted {
+        double weight;
+        std::uint32_t pixel;
+    };
+    UntouchedVector<Weighted> sorted(weights.size());
+    in_ranges(threads, sorted.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)  // what is no number is not drawn
+            sorted[i] = {weights[i] > 0 ? weights[i] : 0, static_cast<std::uint32_t>(i)};
+    });
+    sort_in_parts(threads, sorted, [](const Weighted& a, const Weighted& b) {
+        return a.weight < b.weight || (a.weight == b.weight && a.pixel < b.pixel);
+    });
+    const auto first =
+        std::partition_point(sorted.begin(), sorted.end(), [](const Weighted& w) { return !(w.weight > 0); });
+    const auto count = static_cast<std::size_t>(sorted.end() - first);
+    order_.reserve(count);
+    cumulative_.reserve(count);
     double sum = 0;
-    for (const std::uint32_t i : order_) cumulative_.push_back(sum += weights[i]);
-    for (double& c : cumulative_) c /= sum;
+    for (auto w = first; w != sorted.end(); ++w) {
+        order_.push_back(w->pixel);
+        cumulative_.push_back(sum += w->weight);
+    }
+    in_ranges(threads, count, [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) cumulative_[i] /= sum;
+    });
 }
 
 StratifiedPixels::Pixel StratifiedPixels::draw(std::size_t stratum, double u) const {

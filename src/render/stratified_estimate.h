@@ -1,6 +1,7 @@
 // Means from stratified draws, with intervals: the statistics of error probes, apart from rendering.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "irradia/Checkpoint.h"
@@ -41,7 +42,7 @@ double student_quantile(double freedom);
 /// Pixels drawn with density in proportion to `weights` (>= 0, not all 0), in strata of equal probability.
 class StratifiedPixels {
 public:
-    StratifiedPixels(const std::vector<double>& weights, std::size_t strata);
+    StratifiedPixels(std::span<const double> weights, std::size_t strata, int threads = 1);
 
     struct Pixel {
         std::uint32_t index;

@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <functional>
 #include <numeric>
+#include <random>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "core/in_ranges.h"
 
@@ -86,6 +91,24 @@ TEST(InRanges, ReachEveryElementOnce) {
             });
             EXPECT_EQ(std::accumulate(touched.begin(), touched.end(), std::size_t{0}), count);
             EXPECT_EQ(std::count(touched.begin(), touched.end(), 1), static_cast<std::ptrdiff_t>(count));
+        }
+}
+
+// By any number of threads, also where there are more of them than ranges, few elements, or many that are alike.
+TEST(InRanges, SortLikeOneThread) {
+    std::mt19937 random(4);
+    for (const std::size_t count :
+         {std::size_t{0}, std::size_t{1}, std::size_t{7}, range_elements + 1, 5 * range_elements + 3})
+        for (const unsigned values : {3u, 1u << 30}) {
+            std::vector<std::pair<unsigned, std::size_t>> elements;
+            for (std::size_t i = 0; i < count; ++i) elements.emplace_back(random() % values, i);
+            std::vector<std::pair<unsigned, std::size_t>> expected = elements;
+            std::stable_sort(expected.begin(), expected.end(), [](auto& a, auto& b) { return a.first < b.first; });
+            for (const int threads : {0, 1, 2, 3, 16}) {
+                std::vector<std::pair<unsigned, std::size_t>> sorted = elements;
+                sort_in_parts(threads, sorted, std::less<>{});
+                EXPECT_EQ(sorted, expected) << count << " elements, " << threads << " threads";
+            }
         }
 }
 
