@@ -6,7 +6,7 @@
 #include "irradia/shared/record_types.h"
 #include "radius.h"
 
-// ---- HemisphereSums in a group's memory, one array a member, lanes added up ------------------------------------------
+// ---- HemisphereSums in a group's memory, one array a member, lanes added up --------------------------------------
 #define IR_SUM_FLOATS 23
 IR_FN void put3(float* totals, LaneVector v) {
     totals[0] = lanes_sum(v.x);
