@@ -1,5 +1,7 @@
 #include "render/hemispheres.h"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -19,12 +21,18 @@ constexpr float unit_tau = 1000.0f;
 constexpr float largest_aspect = 3.0f;                        // theory 6: 2-3 is a fair compromise
 constexpr std::size_t largest_cells = std::size_t{64} << 20;  // bytes of one hemisphere
 constexpr std::size_t cells_memory = std::size_t{256} << 20;  // bytes of those that run at once, in global memory
-constexpr std::size_t stack_memory = std::size_t{1} << 20;    // bytes of one hemisphere, where that lies on a stack
 // Four and three groups at once on NVIDIA's multiprocessors of 65536 registers. Measured on an H100, of 64, 80, 96,
 // 128: without the grid 1.58, 1.45, 1.16, 1.15 G rays/s in a room of 60 k triangles, with it .88, .88, .70, .75.
 constexpr int registers(bool grid) { return grid ? 80 : 64; }
 // A CPU's core runs the work-items of a group one after the other: there one does it all (cl/group.h).
 std::size_t group_size(const Device& device) { return device.cpu_traversal() ? 1 : device.group_size(); }
+/// Bytes that a hemisphere may take of the stack that it lies on there, which is as large as the system's limit says.
+std::size_t stack_room() {
+    constexpr std::size_t most = std::size_t{1} << 20;
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return most;
+    return std::min<std::size_t>(most, limit.rlim_cur / 2);
+}
 constexpr std::size_t floats_a_cell = 9, floats_a_sum = 23;  // cl/sample_hemispheres.cl, cl/make_record.h
 }  // namespace
 
@@ -48,7 +56,7 @@ HemisphereSampler::HemisphereSampler(Run& run, Hemispheres purpose) : run_(run) 
     const std::size_t words = group + 1 + (run.device.cpu_traversal() ? 0 : m * n);  // partial sums; paths put off
     const std::size_t local = run.device.description().local_memory;
     global_cells_ = std::max(cell_bytes_, sizeof(float) * floats_a_sum * group) + sizeof(float) * words >
-                    (group == 1 ? std::min(local, stack_memory) : local);
+                    (group == 1 ? std::min(local, stack_room()) : local);
     cells_ = run.device.allocate(global_cells_ ? std::max(cell_bytes_, cells_memory) : 0);
     const bool radiance = purpose == Hemispheres::radiance_records;
     const int gradient = purpose == Hemispheres::irradiance ? 0 : static_cast<int>(settings.gradients);

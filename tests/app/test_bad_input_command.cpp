@@ -190,5 +190,17 @@ TEST_F(BadInputCommand, HostOutOfMemory) {
     EXPECT_EQ(files(), 1u);
 }
 
+// A hemisphere of a megabyte lies on the stack where there is room, in memory where the system allows little of it.
+TEST_F(BadInputCommand, LittleStack) {
+#ifdef __SANITIZE_ADDRESS__
+    GTEST_SKIP() << "the sanitizer's own frames are larger";
+#endif
+    write_scene(kSensor + kSky + kCube);
+    const test::Outcome outcome =
+        render_limited("ulimit -s 1024", {"s.xml", "-o", "a.pfm", "--quiet", "--spp", "1", "--width", "8", "--height",
+                                          "8", "--hemisphere", "100x288", "--min-spacing", "30"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+}
+
 }  // namespace
 }  // namespace irradia
