@@ -18,17 +18,6 @@ constexpr std::size_t first_waves_cpu = 4, first_waves_gpu = 64;  // GPUs take a
 constexpr std::uint32_t most_batches = 256;
 constexpr std::size_t items_a_launch_cpu = 1u << 12, items_a_launch_gpu = 1u << 17;
 
-double mean_of(const Film& film, const std::vector<std::uint8_t>& counted, double pixels, int threads) {
-    return sum_in_ranges<double>(threads, counted.size(),
-                                 [&](std::size_t i) {
-                                     double sum = 0;
-                                     for (std::size_t c = 0; counted[i] != 0 && c < 3; ++c)
-                                         sum += film.mean(i, c) + film.mean(i, 3 + c);
-                                     return sum;
-                                 }) /
-           (3 * pixels);
-}
-
 /// How a pixel's luminance differs from those around it.
 struct Contrast {
     double stands_out, range;  // from the mean of its eight neighbours; of all within two pixels
@@ -53,13 +42,21 @@ Contrast contrast(std::span<const double> luminance, int width, int height, int 
 
 }  // namespace
 
+double ErrorProbes::picture_mean(const Film& film) const {
+    const auto of_pixel = [&](std::size_t i) {
+        double sum = 0;
+        for (std::size_t c = 0; counted_[i] != 0 && c < 3; ++c) sum += film.mean(i, c) + film.mean(i, 3 + c);
+        return sum;
+    };
+    return sum_in_ranges<double>(run_.device.host_threads(), counted_.size(), of_pixel) / (3 * counted_pixels_);
+}
+
 // Where errors of noise and of interpolation are likely: a mixture of even density, of pixels that stand out from
 // their neighbours, and of pixels near edges. A lamp next to a pixel counts as an edge, but as no brighter one.
-StratifiedPixels ErrorProbes::places(const Run& run, const Film& film, const std::vector<std::uint8_t>& counted) {
-    const int width = static_cast<int>(run.scene.info.width), height = static_cast<int>(run.scene.info.height);
-    const int threads = run.device.host_threads();
-    const auto pixels = static_cast<double>(std::count(counted.begin(), counted.end(), 1));
-    const double brightest = 4 * mean_of(film, counted, pixels, threads);
+StratifiedPixels ErrorProbes::places(const Film& film) const {
+    const int width = static_cast<int>(run_.scene.info.width), height = static_cast<int>(run_.scene.info.height);
+    const int threads = run_.device.host_threads();
+    const double brightest = 4 * picture_mean(film);
     UntouchedVector<double> luminance(film.pixels());
     in_ranges(threads, luminance.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) luminance[i] = std::min(film.luminance(i), brightest);
@@ -67,9 +64,9 @@ StratifiedPixels ErrorProbes::places(const Run& run, const Film& film, const std
     UntouchedVector<Contrast> contrasts(film.pixels());
     in_ranges(threads, contrasts.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            contrasts[i] = counted[i] != 0 ? contrast(luminance, width, height, static_cast<int>(i) % width,
-                                                      static_cast<int>(i) / width)
-                                           : Contrast{0, 0};
+            contrasts[i] = counted_[i] != 0 ? contrast(luminance, width, height, static_cast<int>(i) % width,
+                                                       static_cast<int>(i) / width)
+                                            : Contrast{0, 0};
     });
     const auto sum = [&](const auto& f) {
         return sum_in_ranges<double>(threads, contrasts.size(), [&](std::size_t i) { return f(contrasts[i]); });
@@ -81,8 +78,8 @@ StratifiedPixels ErrorProbes::places(const Run& run, const Film& film, const std
     in_ranges(threads, weights.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const Contrast& c = contrasts[i];
-            weights[i] = counted[i] != 0 ? 1 / pixels : 0;
-            if (counted[i] != 0 && stands_out > 0)
+            weights[i] = counted_[i] != 0 ? 1 / counted_pixels_ : 0;
+            if (counted_[i] != 0 && stands_out > 0)
                 weights[i] = 0.3 * weights[i] + 0.2 * c.stands_out / stands_out +
                              0.25 * c.stands_out * c.stands_out / square + 0.25 * c.range / range;
         }
@@ -91,9 +88,10 @@ StratifiedPixels ErrorProbes::places(const Run& run, const Film& film, const std
 }
 
 ErrorProbes::ErrorProbes(Run& run, const Film& film)
-    : run_(run), counted_(pixels_without_lamps(run)), places_(places(run, film, counted_)) {
-    counted_pixels_ = static_cast<double>(std::count(counted_.begin(), counted_.end(), 1));
-}
+    : run_(run),
+      counted_(pixels_without_lamps(run)),
+      counted_pixels_(static_cast<double>(std::count(counted_.begin(), counted_.end(), 1))),
+      places_(places(film)) {}
 
 void ErrorProbes::state(Checkpoint& c) {
     c(counted_)(counted_pixels_)(probes_)(batches_)(traced_)(seconds_)(effort_);
@@ -221,11 +219,9 @@ double ErrorProbes::batch_variance() const {
 
 std::array<double, 2> ErrorProbes::squared_error(const Film& film) const {
     const Residuals r = residuals(film);
-    const double mean = std::max(mean_of(film, counted_, counted_pixels_, run_.device.host_threads()) -
-                                     stratified_estimate(places_.strata(), r.difference).mean,
-                                 1e-30);
+    const double truth = std::max(picture_mean(film) - stratified_estimate(places_.strata(), r.difference).mean, 1e-30);
     const Estimate square = stratified_estimate(places_.strata(), r.square);
-    return {square.mean / (mean * mean), square.deviation / (mean * mean)};
+    return {square.mean / (truth * truth), square.deviation / (truth * truth)};
 }
 
 ErrorReport ErrorProbes::report(const Film& film) const {
@@ -234,11 +230,10 @@ ErrorReport ErrorProbes::report(const Film& film) const {
     const auto estimate = [&](const std::vector<Draw>& draws) { return stratified_estimate(parts, draws); };
     ErrorReport e;
     const Estimate bias = estimate(r.difference), square = estimate(r.square), variance = estimate(r.variance);
-    const double mean =
-        std::max(mean_of(film, counted_, counted_pixels_, run_.device.host_threads()) - bias.mean, 1e-30);
-    const auto root = [&](double x) { return std::sqrt(std::max(x, 0.0)) / mean; };
+    const double truth = std::max(picture_mean(film) - bias.mean, 1e-30);
+    const auto root = [&](double x) { return std::sqrt(std::max(x, 0.0)) / truth; };
     const Interval b = interval_of(bias), s = interval_of_squares(square);
-    e.mean_bias = {b.value / mean, b.low / mean, b.high / mean};
+    e.mean_bias = {b.value / truth, b.low / truth, b.high / truth};
     e.rel_rmse = {root(s.value), root(s.low), root(s.high)};
     e.direct_rel_rmse = root(estimate(r.direct).mean);
     e.indirect_rel_rmse = root(estimate(r.indirect).mean);

@@ -54,14 +54,16 @@ private:
     };
     struct Residuals;
 
-    static StratifiedPixels places(const Run& run, const Film& film, const std::vector<std::uint8_t>& counted);
+    /// Of the picture, over the pixels that count.
+    [[nodiscard]] double picture_mean(const Film& film) const;
+    [[nodiscard]] StratifiedPixels places(const Film& film) const;
     void trace(std::size_t first_probe, std::size_t count, std::uint32_t first_batch, std::uint32_t batches);
     [[nodiscard]] Residuals residuals(const Film& film) const;
 
     Run& run_;
     std::vector<std::uint8_t> counted_;
-    StratifiedPixels places_;
     double counted_pixels_;
+    StratifiedPixels places_;  // made with those above
     std::vector<Probe> probes_;
     std::uint32_t batches_ = 2;
     std::uint64_t traced_ = 0;         // batches

@@ -58,7 +58,7 @@ public:
         std::uint32_t first = merged_;
         for (std::uint32_t level = 0; level + 1 < IR_GRID_LEVELS; ++level) {
             const std::uint32_t end = taken();
-            fill_kernel("merge_grid_level")
+            merge_kernel("merge_grid_level")
                 .arg(sums_)
                 .arg(parameters_)
                 .arg(taken_)
@@ -79,7 +79,7 @@ public:
     }
     void means(std::uint32_t slots) {
         cells_ = zero(slots * sizeof(GridCell));
-        fill_kernel("grid_means")
+        merge_kernel("grid_means")
             .arg(sums_)
             .arg(cells_)
             .arg(parameters_)
@@ -143,10 +143,8 @@ private:
         device().fill(b, 0, bytes);
         return b;
     }
-    [[nodiscard]] Kernel fill_kernel(const std::string& name) const {
-        std::map<std::string, std::string> defines = defines_;
-        defines["IR_FEATURES"] = "0u";
-        return device().kernel("merge_grid.cl", name, defines);
+    [[nodiscard]] Kernel merge_kernel(const std::string& name) const {
+        return device().kernel("merge_grid.cl", name, defines_);
     }
     GridParameters parameters_;
     std::map<std::string, std::string> defines_;
